@@ -74,8 +74,8 @@ _Force = Annotated[bool, typer.Option("--force", help="Write over a file that is
 _Bench = Annotated[str, typer.Option("--bench", help="Its address: bench.toml, or as 'virtual:?seed=7'.")]
 
 
-class Experiment(StrEnum):
-    """What can be run."""
+class ExperimentName(StrEnum):
+    """Name the experiments that can be run."""
 
     SWEEP = "sweep"
     DECAY = "decay"
@@ -161,7 +161,7 @@ def notebook() -> None:
 
 @app.command("run")
 def run_experiment(
-    experiment: Annotated[Experiment, typer.Argument(help="Which.")],
+    experiment: Annotated[ExperimentName, typer.Argument(help="Which.")],
     out: Annotated[Path, typer.Option(help="The .mat file that is written.")],
     bench: _Bench = "bench.toml",
     gain: Annotated[
@@ -212,14 +212,14 @@ def _check_new(out: Path, force: bool) -> None:
         raise ConfigurationError(f"{out} is there already: name another --out, or add --force.")
 
 
-def _experiment(experiment: Experiment, gain: str, settings: dict[str, Any]) -> Callable[[Bench], Recording]:
+def _experiment(experiment: ExperimentName, gain: str, settings: dict[str, Any]) -> Callable[[Bench], Recording]:
     """Return the experiment as a function of an open bench."""
     from rotflex import experiments
 
-    if experiment in (Experiment.SWEEP, Experiment.DECAY):
+    if experiment in (ExperimentName.SWEEP, ExperimentName.DECAY):
         if gain:
             raise ConfigurationError(f"{experiment.value} takes no --gain.")
-        return partial(experiments.sweep if experiment is Experiment.SWEEP else experiments.free_decay, **settings)
+        return partial(experiments.sweep if experiment is ExperimentName.SWEEP else experiments.free_decay, **settings)
     try:
         K = [float(number) for number in gain.strip("[] ").replace(",", " ").split()]
     except ValueError:
@@ -228,12 +228,12 @@ def _experiment(experiment: Experiment, gain: str, settings: dict[str, Any]) -> 
         raise ConfigurationError(
             f"{experiment.value} needs four numbers as --gain, such as '18.24,-17.15,1.59,0.63'; it is {gain!r}."
         )
-    feedback = "full" if experiment is Experiment.FSF else "partial"
+    feedback = "full" if experiment is ExperimentName.FSF else "partial"
     return partial(experiments.tracking, controller=K, feedback=feedback, **settings)
 
 
-@app.command()
-def watch(
+@app.command("watch")
+def watch_encoders(
     bench: _Bench = "bench.toml",
     duration: Annotated[float, typer.Option(help="Seconds; Ctrl-C ends it before.")] = 60.0,
 ) -> None:
@@ -259,7 +259,7 @@ def watch(
     typer.echo("")
 
 
-def examine(bench: str, seconds: float, as_json: bool) -> None:
+def print_checks(bench: str, seconds: float, as_json: bool) -> None:
     """Print a line for each thing that is looked at, and what to do about it, for ``rotflex doctor --bench``."""
     import json
     from dataclasses import asdict
@@ -280,8 +280,8 @@ def examine(bench: str, seconds: float, as_json: bool) -> None:
         raise typer.Exit(1)
 
 
-@app.command()
-def fit(
+@app.command("fit")
+def fit_twin(
     recordings: Annotated[
         list[Path],
         typer.Argument(

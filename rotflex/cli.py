@@ -44,7 +44,7 @@ def doctor(
     """
     if bench:
         with bench_commands.errors_as_messages():
-            bench_commands.examine(bench, seconds, as_json)
+            bench_commands.print_checks(bench, seconds, as_json)
         return
     if not _HAS_COURSE:
         raise typer.BadParameter("Name the bench: --bench bench.toml.")

@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import hankel
 
 from rotflex.errors import DesignError
-from rotflex.model import Array, controllability, finite, natural_units, poles, system_pair
+from rotflex.model import controllability, finite, natural_units, poles, system_pair
 from rotflex.simulation import takes_systems
+from rotflex.units import Array
 
 __all__ = ["Transformation", "desired_poles", "gain_by_companion", "gain_by_place", "transformation"]
 

@@ -74,8 +74,8 @@ class BenchError(RotflexError, RuntimeError):
 
     Attributes
     ----------
-    outcome : what is known of the motor since the bench was stopped for it, a :class:`rotflex.hil.halt.Outcome`; it
-        ends the message. None where no bench was stopped
+    outcome : what is known of the motor since the bench was stopped for it, a
+        :class:`rotflex.hil.connection.Outcome`; it ends the message. None where no bench was stopped
     """
 
     outcome: object = None

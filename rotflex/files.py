@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
-FOLDER = "ROTFLEX_CONFIG_DIR"  #: environment variable: the folder of the user's settings
+SETTINGS_VARIABLE = "ROTFLEX_CONFIG_DIR"  #: environment variable: the folder of the user's settings
 
 _count = itertools.count()  # two threads may write the same file
 # On Windows a file that another program has open, such as a virus scanner, cannot be replaced or deleted.
@@ -24,7 +24,7 @@ _PAUSE = 0.05  # s between two tries
 
 def settings() -> Path:
     """Return the folder in which marks and unfinished runs of benches are kept; it may not exist yet."""
-    return Path(os.environ.get(FOLDER) or Path.home() / ".rotflex")
+    return Path(os.environ.get(SETTINGS_VARIABLE) or Path.home() / ".rotflex")
 
 
 def patiently(act: Callable[[], object]) -> None:

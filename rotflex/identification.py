@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rotflex.errors import IdentificationError
 from rotflex.recording import Recording
-from rotflex.units import DEG, HZ
+from rotflex.units import DEG, HZ, Vector
 
 if TYPE_CHECKING:
     from control import FRD
@@ -42,8 +42,6 @@ __all__ = [
 def __dir__() -> list[str]:
     return __all__
 
-
-Vector = NDArray[np.float64]
 
 SWEEP_BAND = (1.0, 5.0)  #: Hz, of the laboratory's sine sweep
 _HANN_BANDWIDTH = 1.5  # of the Hann window, in units of 1/length: it blurs a spectrum by this much

@@ -21,7 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from rotflex.config import Joint, Servo, one_of
 from rotflex.errors import ConfigurationError, DesignError
-from rotflex.simulation import takes_systems, with_actuator
+from rotflex.simulation import STATES, takes_systems, with_actuator
+from rotflex.units import Array
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -42,14 +43,11 @@ def __dir__() -> list[str]:
     return __all__
 
 
-STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
 OUTPUTS = ("theta", "alpha")
 INPUTS = ("voltage", "torque")
 
 POLE_TOLERANCE = 1e-6  #: of the largest pole: typed with seven digits
 RANK_TOLERANCE = 1e-10  #: of the largest singular value of A, in balanced or natural units; far above rounding
-
-Array = NDArray[np.float64]
 
 
 # --- matrices --------------------------------------------------------------------------------------------------------

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import matrix_balance
 
 from rotflex.errors import DesignError
-from rotflex.model import RANK_TOLERANCE, Array, finite, system_matrix
+from rotflex.model import RANK_TOLERANCE, finite, system_matrix
 from rotflex.sampled import period
-from rotflex.simulation import held
+from rotflex.simulation import zero_order_hold
+from rotflex.units import Array
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -77,7 +78,7 @@ def gramian(A: ArrayLike, C: ArrayLike, horizon: float) -> Array:
     """
     A, C = _pair(A, C)
     I = np.eye(len(A))
-    return held(np.kron(A.T, I) + np.kron(I, A.T), (C.T @ C).reshape(-1, 1), horizon)[1].reshape(A.shape)
+    return zero_order_hold(np.kron(A.T, I) + np.kron(I, A.T), (C.T @ C).reshape(-1, 1), horizon)[1].reshape(A.shape)
 
 
 def uncertainty(A: ArrayLike, C: ArrayLike, horizon: float, sample_time: float, resolution: float) -> Array:

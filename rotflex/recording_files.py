@@ -32,9 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.errors import RecordingError
-from rotflex.units import DEG
-
-Array = NDArray[np.float64]
+from rotflex.units import DEG, Array
 
 ENDINGS = (".csv", ".tsv", ".txt")  #: of text files
 EXAMPLE = "t_s,theta_deg,alpha_deg,vm_V"  #: how columns are named

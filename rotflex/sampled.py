@@ -23,8 +23,8 @@ from scipy.optimize import brentq
 
 from rotflex import design
 from rotflex.errors import DesignError
-from rotflex.model import Array
-from rotflex.simulation import STATES, held, matrices, takes_systems
+from rotflex.simulation import STATES, matrices, takes_systems, zero_order_hold
+from rotflex.units import Array
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -44,7 +44,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-LONGEST = 0.1  #: s; the longest sample time that :func:`longest_sample_time` looks at
+LONGEST_SAMPLE_TIME = 0.1  #: s; the longest sample time that :func:`longest_sample_time` looks at
 _TRIED = 200  # sample times up to it
 _BAND, _FREQUENCIES = (1e-4, 1.01), 1000  # of the Nyquist frequency, at and beyond which a crossing may lie
 
@@ -80,7 +80,7 @@ def sample(A: ArrayLike, B: ArrayLike, sample_time: float, delay: float = 0.0) -
         )
     old = math.ceil(delay / sample_time - 1e-9)  # earlier voltages that still act; 1e-9 for rounding
     late = delay - (old - 1) * sample_time if old else 0.0  # how long the oldest of them acts
-    (Phi_1, Gamma_1), (Phi_0, Gamma_0) = held(A, B, late), held(A, B, sample_time - late)
+    (Phi_1, Gamma_1), (Phi_0, Gamma_0) = zero_order_hold(A, B, late), zero_order_hold(A, B, sample_time - late)
     n = len(STATES)
     inputs = np.zeros((n, old + 1))  # what u[k], u[k-1], … do until the next sample
     inputs[:, [old]] += Phi_0 @ Gamma_1
@@ -144,16 +144,16 @@ def longest_sample_time(A: ArrayLike, B: ArrayLike, K: ArrayLike, delay: float =
     Returns
     -------
     float
-        ``LONGEST`` (0.1 s) if the loop is stable up to there, and 0 if it is not even stable at 0.5 ms.
+        ``LONGEST_SAMPLE_TIME`` (0.1 s) if the loop is stable up to there, and 0 if it is not even stable at 0.5 ms.
     """
 
     def growth(sample_time: float) -> float:
         return float(np.abs(emulated_poles(sample(A, B, sample_time, delay), K)).max()) - 1
 
-    times = np.linspace(0, LONGEST, _TRIED + 1)[1:]
+    times = np.linspace(0, LONGEST_SAMPLE_TIME, _TRIED + 1)[1:]
     lost = next((place for place, time in enumerate(times) if growth(float(time)) >= 0), None)
     if lost is None:
-        return LONGEST
+        return LONGEST_SAMPLE_TIME
     return float(brentq(growth, times[lost - 1], times[lost])) if lost else 0.0
 
 

@@ -20,7 +20,6 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from rotflex import __version__
@@ -29,7 +28,7 @@ from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
 from rotflex.plant import Plant, PlantParameters, State
 from rotflex.recording import Recording
-from rotflex.units import HZ
+from rotflex.units import HZ, Vector
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -46,7 +45,6 @@ STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
 _RUNAWAY = 1e2  # rad: no servo on a cable turns 16 times
 _FINEST = 16  # a sample time is halved at most so many times: 2 ms to 30 ns
 
-Vector = NDArray[np.float64]
 Advance = Callable[[Vector, float], Vector]  # (state, reference held) -> state one sample time later
 Result = TypeVar("Result")
 
@@ -81,8 +79,8 @@ def _parts(system: StateSpace) -> tuple[Vector, Vector]:
     return system.A, system.B
 
 
-def held(A: Vector, B: Vector, time: float) -> tuple[Vector, Vector]:
-    """Phi (n, n) and Gamma (n, m) of x(t + time) = Phi x(t) + Gamma u for an input u that is held."""
+def zero_order_hold(A: Vector, B: Vector, time: float) -> tuple[Vector, Vector]:
+    """Discretise: return Phi (n, n), Gamma (n, m) of x(t + time) = Phi x(t) + Gamma u, with the input u held."""
     n, m = B.shape
     step = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * time)
     return step[:n, :n], step[:n, n:]
@@ -255,7 +253,7 @@ def along(
     A, B = matrices(A, B)
     state, angles = np.zeros(4), np.empty((2, volts.size))
     with np.errstate(over="ignore", invalid="ignore"):
-        a, b = held(A, B, sample_time)
+        a, b = zero_order_hold(A, B, sample_time)
         for k, voltage in enumerate(volts.tolist()):
             # Written so that a NaN counts as run away, too.
             if not np.abs(state[:2]).max() <= bound:

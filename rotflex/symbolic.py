@@ -30,7 +30,7 @@ tau, V_m = sympy.symbols("tau V_m")
 
 COORDINATES = (theta, alpha)
 RATES = (theta.diff(t), alpha.diff(t))
-INPUTS = {"torque": tau, "voltage": V_m}
+INPUT_SYMBOLS = {"torque": tau, "voltage": V_m}
 
 
 def without_time(expression: Expr) -> Expr:
@@ -155,13 +155,13 @@ def state_space(input: str = "voltage", link_damping: Expr | float = B_l) -> tup
     ConfigurationError
         If the input is none of the two.
     """
-    one_of("input", input, INPUTS)
+    one_of("input", input, INPUT_SYMBOLS)
     motion = [*RATES, *accelerations(link_damping)]
     if input == "voltage":
         motion = [row.subs(tau, motor_torque()) for row in motion]
     f = Matrix([without_time(row) for row in motion])
     x = Matrix([without_time(state) for state in (*COORDINATES, *RATES)])
-    A, B = f.jacobian(x), f.jacobian([INPUTS[input]])
+    A, B = f.jacobian(x), f.jacobian([INPUT_SYMBOLS[input]])
     return A.applyfunc(sympy.factor), B.applyfunc(sympy.factor)
 
 

@@ -75,10 +75,10 @@ def stretches(metadata: Mapping[str, Any], name: str) -> list[Stretch]:
     return sorted(found)
 
 
-def mask(found: list[Stretch], samples: int) -> NDArray[np.bool_]:
-    """Which of so many samples are in one of the stretches (samples,)."""
+def mask(spans: list[Stretch], samples: int) -> NDArray[np.bool_]:
+    """Return which of so many samples are in one of the stretches (samples,)."""
     inside = np.zeros(samples, dtype=bool)
-    for first, count in found:
+    for first, count in spans:
         inside[first : first + count] = True
     return inside
 

@@ -1,4 +1,4 @@
-"""Conversion factors to SI: multiply by the name to get SI, divide to leave it.
+"""Numbers in SI units, and conversion factors: multiply by the name to get SI, divide to leave it.
 
 Everything inside the package is in radians, seconds, volts, kilograms and metres. Degrees, inches and ounce-inches
 appear only where a data sheet or a person speaks them.
@@ -7,6 +7,12 @@ appear only where a data sheet or a person speaks them.
 from __future__ import annotations
 
 import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]  #: numbers in SI units
+Vector = Array  #: the same, of one dimension as a rule
 
 DEG = math.pi / 180  #: rad per degree
 REV = 2 * math.pi  #: rad per revolution

@@ -24,7 +24,7 @@ from rotflex.course import plausible
 from rotflex.course.recordings_folder import CHANNELS, LONGEST, MOST_RECORDINGS, MOST_SAMPLES
 from rotflex.errors import RotflexError
 from rotflex.hil.bench_file import LONGEST_NAME
-from rotflex.hil.replay import SETTINGS, TOLD, VOLTAGE_LIMIT
+from rotflex.hil.replay import REPORTED, SETTINGS, VOLTAGE_LIMIT
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING
 
@@ -201,7 +201,7 @@ def _metadata(item: Mapping[str, Any]) -> dict[str, Any]:
             "name": read_text("bench", item["bench"], LONGEST_NAME),
             "run": _count("run", item["run"], _MOST_RUNS),
         },
-        TOLD: {VOLTAGE_LIMIT: limit},  # 0 for none
+        REPORTED: {VOLTAGE_LIMIT: limit},  # 0 for none
         TIMING: {name: _count(name, timing[name], MOST_SAMPLES) for name in ("late", "missed")}
         | {name: [_stretch(one) for one in read_list(name, timing[name], 0, MOST_NOTED)] for name in (HELD, LOST)},
     }

@@ -30,7 +30,7 @@ hypothesis_settings.load_profile("landing")
 # What `rotflex lab` keeps for next time is not to land among the settings of who runs the tests.
 for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BINDER_"))]:
     del os.environ[name]  # whoever tests on a hub has no hub in the tests
-for name in (lab_command.SETTINGS, files.FOLDER):
+for name in (lab_command.SETTINGS, files.SETTINGS_VARIABLE):
     os.environ[name] = tempfile.mkdtemp(prefix="rotflex-settings-")
 os.environ["LABCOURSE_PROGRAM"] = "rotflex"  # as messages name it, also where a test calls no command
 os.environ[courses.SETTING] = "rotflex.course"
@@ -115,7 +115,7 @@ def sandbox() -> None:
 @pytest.fixture
 def settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """The laboratory's settings, and the folder that a test is in, are the test's own."""
-    monkeypatch.setenv(files.FOLDER, str(tmp_path / "settings"))
+    monkeypatch.setenv(files.SETTINGS_VARIABLE, str(tmp_path / "settings"))
     monkeypatch.chdir(tmp_path)
     return tmp_path / "settings"
 

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from rotflex import experiments, hil
 from rotflex.cli import app
 from rotflex.commissioning import checks, commission
-from rotflex.commissioning.checks import Finding, Level
+from rotflex.commissioning.checks import Diagnosis, Level
 from rotflex.errors import BenchError, HILError
 from rotflex.hil import bench_file, real
 from rotflex.hil.bench_file import BenchFile
@@ -61,15 +61,15 @@ class Joined(Watched):
         buffer[:num_channels] = [self.terminals.commanded[channel] for channel in channels[:num_channels]]
 
 
-def asked(uri: str, code: int = 0) -> dict[str, list[Finding]]:
+def asked(uri: str, code: int = 0) -> dict[str, list[Diagnosis]]:
     """The findings of `rotflex doctor --bench`, by what was looked at."""
     done = CliRunner().invoke(app, ["doctor", "--bench", uri, "--json", "--seconds", "0.2"])
     assert done.exit_code == code, done.output
     data = json.loads(done.output)
     assert data["good"] == (code == 0)
-    found: dict[str, list[Finding]] = {}
+    found: dict[str, list[Diagnosis]] = {}
     for one in data["findings"]:
-        found.setdefault(one["what"], []).append(Finding(**one | {"level": Level(one["level"])}))
+        found.setdefault(one["what"], []).append(Diagnosis(**one | {"level": Level(one["level"])}))
     return found
 
 
@@ -214,7 +214,7 @@ LOOPED = {"loopback_output": 1, "loopback_input": 1}
 )
 def test_a_watchdog_that_does_not_do_what_it_is_for(kind, what, level, said):
     board, told = kind(PARAMETERS), BenchFile("usual:board", wiring=LOOPED if issubclass(kind, Joined) else {})
-    with real.bench("test", lambda: board, Setup(simulated=True)) as bench:
+    with real.make_bench("test", lambda: board, Setup(simulated=True)) as bench:
         found = [one for one in checks.look(bench, told, 0.3) if one.what == what]
     assert [one.level for one in found] == [level] and said in found[0].message
     assert board.terminals.commanded == [0.0, 0.0] and board.largest[0] == 0.0
@@ -234,7 +234,7 @@ def test_set_up_begins_with_the_same_and_ends_where_something_fails(kind):
     with pytest.raises(BenchError, match="Nothing was recorded"):
         commission(
             BenchFile("usual:board"),
-            lambda _told, setup: real.bench("test", lambda: connected, replace(setup, simulated=True)),
+            lambda _told, setup: real.make_bench("test", lambda: connected, replace(setup, simulated=True)),
             person,
         )
     assert any(text.startswith("fail ") for text in person.heard)

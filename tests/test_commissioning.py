@@ -38,7 +38,7 @@ def settings(monkeypatch, tmp_path):
 
 
 def connected(laboratory: miswired.Laboratory):
-    return lambda told, setup: real.bench("test", laboratory, replace(setup, simulated=True))
+    return lambda told, setup: real.make_bench("test", laboratory, replace(setup, simulated=True))
 
 
 @pytest.mark.parametrize(  # at a landing, each sign either way
@@ -122,7 +122,7 @@ def alone(laboratory: miswired.Laboratory, step, person: miswired.Person) -> ste
     """What one step found."""
     connect = laboratory.connect if isinstance(laboratory, Paused) else connected(laboratory)
     work = steps.Work(TOLD, connect, person)
-    with steps.driven(work) as bench:
+    with steps.driven_slowly(work) as bench:
         step(work, bench)
     return work
 
@@ -186,7 +186,7 @@ class Paused(miswired.InItsOwnTime):
         return board
 
     def connect(self, told: BenchFile, setup: real.Setup) -> Bench:
-        return self.timed(real.bench("test", self, setup))
+        return self.timed(real.make_bench("test", self, setup))
 
 
 def test_where_time_does_not_wait_it_goes_as_well_and_the_record_says_how_samples_came():

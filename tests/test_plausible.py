@@ -39,8 +39,8 @@ def test_the_log_of_a_real_bench_is_not_doubted(real_log):
     metadata = {"experiment": "tracking", "feedback": "full", "K": [13.0384, -17.2586, 1.3198, -0.0461]}
     log = Recording(real_log.time, real_log.channels, metadata)
     assert doubts(log, REAL_BENCH) == []
-    assert plausible.beside_controller(log, srv02()) < 5e-4
-    assert 0 < plausible.left_of_link(log, REAL_BENCH.parameters) < 0.16
+    assert plausible.voltage_misfit(log, srv02()) < 5e-4
+    assert 0 < plausible.link_misfit(log, REAL_BENCH.parameters) < 0.16
 
 
 @pytest.mark.parametrize("what", FORGED)
@@ -66,7 +66,7 @@ def test_a_recording_that_names_no_controller_is_not_compared_with_one(made):
     tracked = made[0]["tracking"]
     for metadata in ({}, {"experiment": "tracking", "K": "x"}, {"experiment": "tracking", "K": [1, 2, 3, 4]}):
         one = Recording(tracked.time, tracked.channels, metadata)
-        assert plausible.beside_controller(one, srv02()) == 0.0
+        assert plausible.voltage_misfit(one, srv02()) == 0.0
 
 
 DT = 0.002

@@ -76,7 +76,7 @@ def test_a_program_that_runs_the_notebooks_moves_no_bench_and_has_its_recordings
 
 def test_what_a_bench_cut_to_its_own_limit_is_given_back_and_not_doubted(tmp_path, monkeypatch):
     """As with `[limits] voltage = 6` in bench.toml, or a motor driver that is fed with 6 V."""
-    bench = a_bench(tmp_path, monkeypatch, replace(real.LIMITS, voltage=6.0))
+    bench = a_bench(tmp_path, monkeypatch, replace(real.DEFAULT_LIMITS, voltage=6.0))
     store = RecordingsFolder(tmp_path)
     gain = [25.0, -17.15, 1.59, 0.63]
     with store.keeping(bench, 1) as opened:
@@ -216,12 +216,12 @@ def test_a_broken_file_is_told_and_left_out_and_numbers_go_on(here, tmp_path, ca
     assert "Note      0999-x.mat cannot be read as a .mat file" in capsys.readouterr().out
 
 
-def a_bench(tmp_path, monkeypatch, limits=real.LIMITS):
+def a_bench(tmp_path, monkeypatch, limits=real.DEFAULT_LIMITS):
     """A bench that can come to harm, of a virtual one."""
     monkeypatch.setenv("ROTFLEX_CONFIG_DIR", str(tmp_path / "settings"))
     spec = student_bench(1)
     setup = real.Setup(joint=spec.joint, limits=limits, commissioned=lambda: "", simulated=True)
-    return real.bench("north:0", lambda: VirtualBoard(spec.parameters, timing=spec.timing), setup)
+    return real.make_bench("north:0", lambda: VirtualBoard(spec.parameters, timing=spec.timing), setup)
 
 
 @pytest.mark.parametrize("beside", ["", "a file"], ids=["there is a place", "there is none"])
@@ -234,20 +234,20 @@ def test_a_run_that_cannot_be_kept_is_not_lost_and_its_place_is_told(tmp_path, m
             bench.recorder.folder = None if beside else bench.recorder.folder
             short(opened)
     assert (
-        len(bench.recorder.kept) == 251
-        and "theta_ref" in bench.recorder.kept
-        and "ended" not in bench.recorder.kept.metadata
+        len(bench.recorder.unfinished) == 251
+        and "theta_ref" in bench.recorder.unfinished
+        and "ended" not in bench.recorder.unfinished.metadata
     )
     saved = list((tmp_path / "settings").rglob("*.mat"))
     if beside:
-        assert not saved and "in the bench's recorder.kept, until the program ends" in str(told.value)
+        assert not saved and "in the bench's recorder.unfinished, until the program ends" in str(told.value)
         return
     assert f"it is in {saved[0]}" in str(told.value)
     again = Recording.load(*saved)
-    assert again.metadata == json.loads(json.dumps(dict(bench.recorder.kept.metadata)))
-    np.testing.assert_allclose(again["alpha"], bench.recorder.kept["alpha"], atol=1e-12)
+    assert again.metadata == json.loads(json.dumps(dict(bench.recorder.unfinished.metadata)))
+    np.testing.assert_allclose(again["alpha"], bench.recorder.unfinished["alpha"], atol=1e-12)
     (tmp_path / "recordings").unlink()
     (tmp_path / "recordings").mkdir()
     saved[0].rename(tmp_path / "recordings" / "001-free-decay.mat")  # as it would have been kept
     with store.bench(1) as given:
-        np.testing.assert_allclose(short(given)["vm"], bench.recorder.kept["vm"], atol=1e-9)
+        np.testing.assert_allclose(short(given)["vm"], bench.recorder.unfinished["vm"], atol=1e-9)

@@ -85,7 +85,7 @@ def test_just_below_the_longest_sample_time_the_emulated_loop_dies_away_and_just
 
 def test_a_gain_of_the_wrong_sign_has_no_sample_time_and_a_weak_one_has_all():
     assert sampled.longest_sample_time(PLANT, -K) == 0
-    assert sampled.longest_sample_time(PLANT, [1.0, 0, 0, 0]) == sampled.LONGEST
+    assert sampled.longest_sample_time(PLANT, [1.0, 0, 0, 0]) == sampled.LONGEST_SAMPLE_TIME
 
 
 @pytest.mark.parametrize(

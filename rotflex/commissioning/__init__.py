@@ -23,7 +23,7 @@ STEPS: tuple[tuple[Callable[[Work], Bench], tuple[Callable[[Work, Bench], None],
     (steps.at_rest, (checks.board, steps.directions, steps.full_turn_and_zero)),
     (steps.driven_carefully, (steps.motor_sign,)),
     (steps.driven_carefully, (steps.watchdog_passes,)),
-    (steps.driven, (steps.link,)),
+    (steps.driven_slowly, (steps.link,)),
     (steps.in_closed_loop, (steps.short_sweep,)),
 )
 

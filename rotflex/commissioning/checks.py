@@ -42,7 +42,7 @@ class Level(StrEnum):
 
 
 @dataclass(frozen=True)
-class Finding:
+class Diagnosis:
     """One thing that was looked at: whether it is as it should be, what was found, and what to do about it."""
 
     what: str
@@ -55,7 +55,7 @@ class Finding:
         return f"{self.level:5}{self.what:20}{self.message}{advice}"
 
 
-def examine(uri: str, seconds: float = _SAMPLED) -> Iterator[Finding]:
+def examine(uri: str, seconds: float = _SAMPLED) -> Iterator[Diagnosis]:
     """Look at a bench, one thing after the other, whether it was commissioned or not.
 
     Parameters
@@ -75,7 +75,7 @@ def examine(uri: str, seconds: float = _SAMPLED) -> Iterator[Finding]:
     file = bench_file.load(uri) if is_file else BenchFile(uri if ":" in uri else f"{uri}:")
     driver = drivers.find(file.address)
     own = "" if driver is None else f", {driver.software()}"
-    yield Finding("software", Level.OK, f"rotflex {__version__}, Python {platform.python_version()}{own}.")
+    yield Diagnosis("software", Level.OK, f"rotflex {__version__}, Python {platform.python_version()}{own}.")
     bench.recorder.folder = None  # what is sampled here is of no use to anybody later
     with bench:
         yield from look(bench, file, seconds)
@@ -83,19 +83,19 @@ def examine(uri: str, seconds: float = _SAMPLED) -> Iterator[Finding]:
             yield from _allowed(bench, bench.safety.commissioned(), file)
 
 
-def _allowed(bench: Bench, why_not: str | None, file: BenchFile) -> Iterator[Finding]:
+def _allowed(bench: Bench, why_not: str | None, file: BenchFile) -> Iterator[Diagnosis]:
     """Return what the bench may do."""
     if why_not:
         advice = "rotflex bench setup --watchdog bench.toml" if "--watchdog" in why_not else "rotflex bench setup"
-        yield Finding("commissioned", Level.WARN, why_not, advice)
+        yield Diagnosis("commissioned", Level.WARN, why_not, advice)
     else:
-        yield Finding("commissioned", Level.OK, f"On {file.record.get('date')}, as it is wired now.")
+        yield Diagnosis("commissioned", Level.OK, f"On {file.record.get('date')}, as it is wired now.")
     limits = bench.safety.limits
     message = (
         f"{limits.voltage:g} V, theta ±{limits.theta / DEG:.0f} deg, alpha ±{limits.alpha / DEG:.0f} deg, "
         f"{limits.rate:g} rad/s, {limits.duration:g} s a run"
     )
-    yield Finding("limits", Level.OK, f"{message}, until it is commissioned." if limits.why else f"{message}.")
+    yield Diagnosis("limits", Level.OK, f"{message}, until it is commissioned." if limits.why else f"{message}.")
 
 
 def board(work: Work, bench: Bench) -> None:
@@ -117,7 +117,7 @@ def board(work: Work, bench: Bench) -> None:
         raise BenchError(" ".join([*failed, "Nothing was recorded."]))
 
 
-def look(bench: Bench, file: BenchFile, seconds: float = _SAMPLED) -> Iterator[Finding]:
+def look(bench: Bench, file: BenchFile, seconds: float = _SAMPLED) -> Iterator[Diagnosis]:
     """Look at all that is asked of an open board; one thing that fails keeps none of the others from being looked at.
 
     Parameters
@@ -126,24 +126,24 @@ def look(bench: Bench, file: BenchFile, seconds: float = _SAMPLED) -> Iterator[F
     file : how it is wired
     seconds : for how long it is sampled
     """
-    yield Finding("board", Level.OK, "It opens, and takes 0 V for the motor.")
+    yield Diagnosis("board", Level.OK, "It opens, and takes 0 V for the motor.")
     for name, check in CHECKS.items():
         try:
             yield from check(bench, file, seconds)
         except RotflexError as error:
-            yield Finding(name, Level.FAIL, str(error), _CABLES)
+            yield Diagnosis(name, Level.FAIL, str(error), _CABLES)
     for refusal in bench.connection.refused.values():
-        yield Finding("board", Level.WARN, refusal)
+        yield Diagnosis("board", Level.WARN, refusal)
 
 
-def _encoders(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Finding]:
+def _encoders(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Diagnosis]:
     """Read both counters."""
     (servo, link), wired = bench.connection.counts(), file.wiring
     message = f"Servo (encoder {wired['servo_encoder']}) at {servo} counts, link (encoder {wired['link_encoder']}) at "
-    yield Finding("encoders", Level.OK, f"{message}{link}.", "Turn the arm and see them count: rotflex bench watch.")
+    yield Diagnosis("encoders", Level.OK, f"{message}{link}.", "Turn the arm and see them count: rotflex bench watch.")
 
 
-def _loopback(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Finding]:
+def _loopback(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Diagnosis]:
     """Write voltages to the output that a cable joins to an input, where one is named, and read them there."""
     if file.loopback is None:
         return
@@ -158,22 +158,22 @@ def _loopback(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Findin
                 )
     finally:
         steps.write_loopback(bench, file, 0.0)
-    yield Finding("loopback", Level.OK, f"What is written comes in, within {steps.TOLERANCE:g} V.")
+    yield Diagnosis("loopback", Level.OK, f"What is written comes in, within {steps.TOLERANCE:g} V.")
 
 
-def _samples(bench: Bench, _file: BenchFile, seconds: float) -> Iterator[Finding]:
+def _samples(bench: Bench, _file: BenchFile, seconds: float) -> Iterator[Diagnosis]:
     """Look how steadily samples come."""
     number = max(round(seconds / SAMPLE_TIME), 2)
     recording = listen(bench, number, SAMPLE_TIME, {"experiment": "doctor"}, progress=False)
     yield judge_samples(recording.metadata, number)
 
 
-def judge_samples(metadata: Mapping[str, Any], number: int) -> Finding:
+def judge_samples(metadata: Mapping[str, Any], number: int) -> Diagnosis:
     """Judge how so many samples came, by their recording's metadata."""
     timing = metadata.get(unanswered.TIMING)
     if timing is None:
         message = "They come, and time waits for the program: there is no period to be measured."
-        return Finding(_SAMPLES, Level.OK, message)
+        return Diagnosis(_SAMPLES, Level.OK, message)
     period, late = timing["period"], unanswered.in_words(metadata, number)
     message = (
         f"The period is {period['p50'] * 1e3:.3f} ms (p50), {period['p99'] * 1e3:.3f} ms (p99), "
@@ -181,22 +181,22 @@ def judge_samples(metadata: Mapping[str, Any], number: int) -> Finding:
     )
     is_off = abs(period["p50"] / SAMPLE_TIME - 1) > _PERIOD_OFF
     level = Level.FAIL if is_off or unanswered.too_many(metadata, number) else Level.WARN if late else Level.OK
-    return Finding(_SAMPLES, level, message, late or (unanswered.HELPS if is_off else ""))
+    return Diagnosis(_SAMPLES, level, message, late or (unanswered.HELPS if is_off else ""))
 
 
-def _watchdog(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Finding]:
+def _watchdog(bench: Bench, file: BenchFile, _seconds: float) -> Iterator[Diagnosis]:
     """Look whether the watchdog expires when it is left alone, and what becomes of the voltage at the loopback."""
     trouble = steps.leave_alone(bench, file, 0.0)
     if trouble is None:
         untested = "" if bench.safety.commissioned is None else " Only set-up tests whether it stops the motor."
-        yield Finding("watchdog", Level.OK, f"It expires when it is left alone.{untested}")
+        yield Diagnosis("watchdog", Level.OK, f"It expires when it is left alone.{untested}")
     else:
         level = Level.WARN if "@" in file.address else Level.FAIL  # the maker's simulator harms nobody
-        yield Finding("watchdog", level, trouble, _NOTHING_STOPS)
+        yield Diagnosis("watchdog", level, trouble, _NOTHING_STOPS)
 
 
 #: What is asked of an open board, by name.
-CHECKS: dict[str, Callable[[Bench, BenchFile, float], Iterator[Finding]]] = {
+CHECKS: dict[str, Callable[[Bench, BenchFile, float], Iterator[Diagnosis]]] = {
     "encoders": _encoders,
     "loopback": _loopback,
     _SAMPLES: _samples,

@@ -19,8 +19,7 @@ from rotflex.config import ENCODERS
 from rotflex.errors import BenchError, HILError, LimitExceeded
 from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.bench_file import BenchFile
-from rotflex.hil.board import Channels
-from rotflex.hil.halt import WATCHDOG_TIMEOUT
+from rotflex.hil.board import WATCHDOG_TIMEOUT, Channels
 from rotflex.hil.real import CAREFUL, Setup, record, today
 from rotflex.identification import frequency_response, resonance
 from rotflex.link import natural_frequency
@@ -147,10 +146,10 @@ def at_rest(work: Work) -> Bench:
 
 def driven_carefully(work: Work) -> Bench:
     """Open the bench for up to 1 V, and no loop."""
-    return driven(work, CAREFUL.voltage)
+    return driven_slowly(work, CAREFUL.voltage)
 
 
-def driven(work: Work, voltage: float = _VOLTAGE) -> Bench:
+def driven_slowly(work: Work, voltage: float = _VOLTAGE) -> Bench:
     """Open a bench on which little can happen, and which takes motion the wrong way for what it is to find out.
 
     The limits stand here, for only here the motor gets more than an uncommissioned bench allows. No loop is closed.

@@ -41,14 +41,14 @@ def doubts(recording: Recording, servo: Servo, bench: PlantParameters) -> list[s
     bench : the bench as it is known
     """
     found = [why] if (why := replay.implausible_timing(recording)) else []
-    if not (volts := beside_controller(recording, servo)) <= _VOLTS:
+    if not (volts := voltage_misfit(recording, servo)) <= _VOLTS:
         found.append(f"its voltage is up to {volts:.2g} V beside what its controller sets on its angles")
-    if not (left := left_of_link(recording, bench)) <= _LINK:
+    if not (left := link_misfit(recording, bench)) <= _LINK:
         found.append(f"its arm does not move as the arm of this bench ({left:.0%} of its motion is left over)")
     return found
 
 
-def beside_controller(recording: Recording, servo: Servo) -> float:
+def voltage_misfit(recording: Recording, servo: Servo) -> float:
     """Return the largest difference of the voltage from what its controller sets, V; 0 where no controller is known."""
     controller = _controller(recording)
     if controller is None or "theta_ref" not in recording:
@@ -72,7 +72,7 @@ def _controller(recording: Recording) -> Controller | None:
     return None
 
 
-def left_of_link(recording: Recording, bench: PlantParameters) -> float:
+def link_misfit(recording: Recording, bench: PlantParameters) -> float:
     """Return what :func:`rotflex.link.residual` leaves of the deflection.
 
     Returns 0 for a recording that cannot be judged: the arm hardly moves, or there are too few samples, or they are too

@@ -17,7 +17,7 @@ from labcourse import files
 from rotflex.config import Joint, Servo, joint, srv02
 from rotflex.errors import RecordingError
 from rotflex.hil.bench import Bench, Connection, Limits, Safety
-from rotflex.hil.replay import SETTINGS, TOLD, VOLTAGE_LIMIT, RecordedRuns, described, implausible_timing, run_of
+from rotflex.hil.replay import REPORTED, SETTINGS, VOLTAGE_LIMIT, RecordedRuns, described, implausible_timing, run_of
 from rotflex.hil.virtual import SimulatedClock, VirtualBoard
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, TIMING
@@ -95,25 +95,25 @@ class RecordingsFolder:
         """A real bench, each of whose recordings is kept here as soon as it is made."""
         bench.identity["run"] = run
         limit = min(bench.safety.limits.voltage, bench.servo.V_max)
-        told = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: limit}
+        reported = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: limit}
 
         def keep(recording: Recording) -> None:
             try:
-                self.keep(recording, told)
+                self.keep(recording, reported)
             except RecordingError as error:
-                saved = bench.recorder.keep(replace(recording, metadata={**recording.metadata, TOLD: told}))
+                saved = bench.recorder.keep(replace(recording, metadata={**recording.metadata, REPORTED: reported}))
                 raise RecordingError(f"{error} The recording is whole: it is {saved}.") from error
 
         bench.recorder.on_recorded = keep
         return bench
 
-    def keep(self, recording: Recording, told: Mapping[str, Any]) -> Path:
+    def keep(self, recording: Recording, reported: Mapping[str, Any]) -> Path:
         """Keep a recording, and print a line of it, and another where it will not count.
 
         Parameters
         ----------
         recording : as the bench gave it
-        told : the parts on the bench and its limit, as plain data
+        reported : the parts on the bench and its limit, as plain data
 
         Raises
         ------
@@ -129,7 +129,7 @@ class RecordingsFolder:
         number = 1 + max((int(path.name.partition("-")[0]) for path in self.paths), default=0)
         name = re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"
         path = self.folder / f"{number:03d}-{name}.mat"
-        replace(recording, metadata={**recording.metadata, TOLD: dict(told)}).save(path)
+        replace(recording, metadata={**recording.metadata, REPORTED: dict(reported)}).save(path)
         print(f"Kept      {FOLDER}/{path.name}")
         if why := implausible_timing(recording):
             print(
@@ -173,11 +173,11 @@ def bench_of(recordings: Sequence[Recording], run: int, servo: Servo, arm: Joint
 
 
 def parts_of(recordings: Sequence[Recording]) -> tuple[Servo, Joint]:
-    """The parts as the last recording says that they were told; those of the data sheet where none does."""
+    """Return the parts that the last recording reports, or those of the data sheet if none does."""
     for recording in reversed(recordings):
-        told = recording.metadata.get(TOLD)
+        reported = recording.metadata.get(REPORTED)
         try:
-            encoder, arm = told["servo"]["encoder"], Joint(**told["joint"])  # type: ignore[index]
+            encoder, arm = reported["servo"]["encoder"], Joint(**reported["joint"])  # type: ignore[index]
             return srv02(encoder=encoder), arm
         except (KeyError, TypeError, ValueError):
             continue
@@ -202,15 +202,15 @@ def evidence(beside: Path) -> dict[str, Any]:
 def _plain(recording: Recording) -> dict[str, Any]:
     """Return a recording's samples, and of its metadata what marking goes by."""
     about = recording.metadata
-    bench, told, timing = (
-        one if isinstance(one := about.get(name), Mapping) else {} for name in ("bench", TOLD, TIMING)
+    bench, reported, timing = (
+        one if isinstance(one := about.get(name), Mapping) else {} for name in ("bench", REPORTED, TIMING)
     )
     return {
         "experiment": about.get("experiment", ""),
         "settings": {name: about[name] for name in SETTINGS if name in about},
         "bench": bench.get("name", ""),
         "run": run_of(recording),
-        VOLTAGE_LIMIT: told.get(VOLTAGE_LIMIT, 0.0),
+        VOLTAGE_LIMIT: reported.get(VOLTAGE_LIMIT, 0.0),
         TIMING: {name: timing.get(name, 0) for name in ("late", "missed")}
         | {name: timing.get(name, []) for name in (HELD, LOST)},
         "sample_time": recording.sample_time,

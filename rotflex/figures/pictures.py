@@ -37,7 +37,8 @@ ROLES: dict[str, dict[str, Any]] = {
 WIDTH = 7.0  #: inches; the width of every plot
 DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...
 SHOWN_PER_INCH = 100  # ... while the notebook shows it at this size
-SWITCH = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, as where nobody looks at the notebook
+#: Environment variable; "off" draws no image, as where nobody looks at the notebook.
+PICTURES_SWITCH = "LABCOURSE_PICTURES"
 
 _DRAWINGS = Path(__file__).with_name("drawings")
 _STYLE = mpl.rc_params_from_file(Path(__file__).with_name("laboratory.mplstyle"), use_default_template=False)
@@ -93,7 +94,7 @@ def png(figure: Figure) -> bytes:
 
 def bundle(figure: Figure, alt: str) -> tuple[dict[str, str], dict[str, Any]]:
     """A notebook's display data and metadata for a figure."""
-    if os.environ.get(SWITCH) == "off":
+    if os.environ.get(PICTURES_SWITCH) == "off":
         return {"text/plain": repr(figure)}, {}
     image = base64.b64encode(png(figure)).decode("ascii")
     width = round(figure.get_figwidth() * SHOWN_PER_INCH)
@@ -151,7 +152,7 @@ def show_drawing(name: str, caption: str | None = None) -> None:
     svg = files[name].read_bytes()
     alt = ElementTree.fromstring(svg).findtext("{*}desc", "")
     data = {"text/plain": f"<drawing {name}>"}
-    if os.environ.get(SWITCH) != "off":
+    if os.environ.get(PICTURES_SWITCH) != "off":
         # An image in HTML: JupyterLab shows image/svg+xml in trusted notebooks only, and without its description.
         source = base64.b64encode(svg).decode("ascii")
         data["text/html"] = f'<img alt="{html.escape(alt)}" src="data:image/svg+xml;base64,{source}">'

@@ -23,14 +23,13 @@ from rotflex.figures.pictures import (
     style,
 )
 from rotflex.specifications import LIMITS, SETTLING_BAND
-from rotflex.units import DEG
+from rotflex.units import DEG, Vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from rotflex.recording import Recording
 
-Vector = NDArray[np.float64]
 
 _THETA, _ALPHA, _VOLTS = r"$\theta$ (deg)", r"$\alpha$ (deg)", "$V_m$ (V)"  # labels of axes
 _CHANNELS = {"theta": r"$\theta$", "alpha": r"$\alpha$", "vm": "$V_m$"}

@@ -3,10 +3,10 @@
 A prediction errs for two reasons. A band has both, as the root of the sum of their squares:
 
 * *The bench changes from run to run.* Friction, omega_n and the delay are drawn, and the loop is simulated with each
-  draw. One recording does not tell how much the first two change. :data:`FRICTION` and :data:`OMEGA_N` are known of
-  such rigs. Between several recordings, the spread is measured. Two or three recordings tell little of a spread.
-  Therefore the known spread counts as one recording more. The link's dry friction is drawn from none on, because a fit
-  finds too much of it: a real link rings on for seconds.
+  draw. One recording does not tell how much the first two change. A factor of 1.5 in friction and a standard deviation
+  of 1.1 % in omega_n are known of such rigs (:mod:`rotflex.greybox.result`). Between several recordings, the spread is
+  measured. Two or three recordings tell little of a spread. Therefore the known spread counts as one recording more.
+  The link's dry friction is drawn from none on, because a fit finds too much of it: a real link rings on for seconds.
 * *The plant is not the bench.* The margin is what the fit leaves (root mean square). It is at least a count and a half
   of the encoder, because the counters of the bench and of its twin do not change at the same angles.
 
@@ -15,44 +15,20 @@ The band reaches 1.96 times this root to either side of the prediction. That hol
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from rotflex import hil
-from rotflex.controller import Controller
 from rotflex.errors import IdentificationError
 from rotflex.greybox.problem import less_mean, rms, windows
-from rotflex.greybox.solving import student
-from rotflex.hil.controllers import OpenLoop
-from rotflex.hil.guard import Limits
-from rotflex.hil.loop import run
-from rotflex.hil.student_benches import VirtualPlantSpec, scaled
-from rotflex.hil.virtual import Timing
-from rotflex.identification import Vector, channel
-from rotflex.progress import progress as bar
+from rotflex.identification import channel
 from rotflex.recording import Recording
-from rotflex.units import DEG
+from rotflex.units import DEG, Vector
 
-if TYPE_CHECKING:
-    from rotflex.greybox.result import FitResult
-
-FRICTION = 1.5  #: the largest factor by which the friction of such rigs changes from run to run
-#: standard deviation from run to run, relative: fits to three logs of one bench gave 23.01, 23.22 and 22.72 rad/s
-OMEGA_N = 0.011
-KNOWN = 1  #: the known spread counts as so many recordings, beside those that are measured
-_DRAWS = 20
-_REACH = 1.96  # standard deviations: 95 % of normal errors
-_COUNTS = 1.5  # of an encoder: the least margin
-_LEAST = 1e-3  # N·m: of less friction, a relative spread says nothing
-_SEED = 20
-_ANGLES = ("theta", "alpha")
-_KNOWN = f"friction ×/÷ {FRICTION} and a standard deviation of {OMEGA_N:.1%} in omega_n are known of such rigs"
-_ONE = f"One recording does not tell how runs differ: {_KNOWN}."
-_SEVERAL = f"The spread is measured between {{logs}} recordings; {_KNOWN}, and count as one recording more."
+REACH = 1.96  #: standard deviations: 95 % of normal errors
+ANGLES = ("theta", "alpha")
 
 
 class Curves(NamedTuple):
@@ -108,7 +84,7 @@ class Band:
     @property
     def half_width(self) -> dict[str, float]:
         """Root mean square of half the width, rad, by angle."""
-        curves = dict(zip(_ANGLES, (self.theta, self.alpha), strict=True))
+        curves = dict(zip(ANGLES, (self.theta, self.alpha), strict=True))
         return {name: rms(one.upper - one.middle) for name, one in curves.items()}
 
     def __call__(self, recording: Recording) -> Inside:
@@ -122,7 +98,7 @@ class Band:
         IdentificationError
             If the recording has another length or sample time, or no theta or alpha.
         """
-        pairs = zip(self.around(recording), map(recording.__getitem__, _ANGLES), strict=True)
+        pairs = zip(self.around(recording), map(recording.__getitem__, ANGLES), strict=True)
         return Inside(*(float(np.mean((one.lower <= angle) & (angle <= one.upper))) for one, angle in pairs))
 
     def around(self, recording: Recording) -> tuple[Curves, Curves]:
@@ -133,7 +109,7 @@ class Band:
         IdentificationError
             As a call of the band.
         """
-        theta, _alpha = (channel(recording, name, may_be_constant=True) for name in _ANGLES)
+        theta, _alpha = (channel(recording, name, may_be_constant=True) for name in ANGLES)
         step = self.time[1] - self.time[0]
         if len(recording) != self.time.size or abs(recording.sample_time - step) > 1e-3 * step:
             raise IdentificationError(
@@ -170,60 +146,8 @@ class Band:
         away = self.draws[:, angle] - self.middle[angle]
         if self.is_open and angle == 0:
             away = np.array([self._less_drift(one) for one in away])
-        half = _REACH * np.sqrt(np.mean(away**2, axis=0) + self.margin[angle] ** 2)
+        half = REACH * np.sqrt(np.mean(away**2, axis=0) + self.margin[angle] ** 2)
         return Curves(self.middle[angle] - half, self.middle[angle], self.middle[angle] + half)
 
     def _less_drift(self, difference: Vector) -> Vector:
         return less_mean(difference, windows(np.arange(self.time.size), self.time.size, float(self.time[1])))
-
-
-def band(found: FitResult, reference: ArrayLike, controller: Controller, sample_time: float, progress: bool) -> Band:
-    """Predict a loop: see :meth:`rotflex.greybox.FitResult.band`."""
-    friction, most_omega_n, most_delay = _spread(found)
-    levels = (np.arange(_DRAWS) * 2 + 1) / _DRAWS - 1  # a Latin hypercube: each parameter takes all its levels
-    draw = np.random.default_rng(_SEED)
-    servo, link, omega_n, delay = (draw.permutation(levels) for _parameter in range(4))
-    changes = [friction**servo, friction * (1 + link) / 2, most_omega_n * omega_n, most_delay * delay]
-    simulated = []
-    for change in bar([(1.0, 1.0, 0.0, 0.0), *np.transpose(changes).tolist()], "band", "run", progress):
-        with hil.open("virtual", plant=_changed(found, *change), servo=found.servo) as bench:
-            bench.safety.limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
-            recording = run(bench, controller, reference, sample_time, progress=False)
-        simulated.append([recording[name] for name in _ANGLES])
-    middle, *draws = np.array(simulated)
-    least = _COUNTS * found.servo.K_enc / _REACH
-    margin = np.array([max(found.residual_rms[name], least) for name in _ANGLES])
-    drawn = f"friction ×/÷ {friction:.2f}, omega_n ±{most_omega_n:.1%}, delay ±{most_delay * 1e3:.2f} ms"
-    source = _SEVERAL if len(found.predictions) > 1 else _ONE
-    said = f"Drawn evenly: {drawn}. {source.format(logs=len(found.predictions))}"
-    return Band(recording.time, middle, np.array(draws), margin, type(controller) is OpenLoop, said)
-
-
-def _changed(found: FitResult, servo: float, link: float, omega_n: float, delay: float) -> VirtualPlantSpec:
-    """The fitted bench with friction times factors, and with another omega_n (relative) and delay (s)."""
-    was = found.parameters
-    plant = replace(
-        was,
-        servo_friction=scaled(was.servo_friction, servo),
-        link_friction=scaled(was.link_friction, link),
-        K_s=was.K_s * (1 + omega_n) ** 2,
-    )
-    return VirtualPlantSpec(found.joint, plant, Timing(delay=max(found.delay + delay, 0.0)))
-
-
-def _spread(found: FitResult) -> tuple[float, float, float]:
-    """How far a run may be from the fit: a factor of friction, omega_n (relative), and the delay (s).
-
-    The draws are even. Half their width is √3 standard deviations.
-    """
-    known = np.array([math.log(FRICTION), math.sqrt(3) * OMEGA_N])
-    delay = math.sqrt(3) * found.estimates["delay"].uncertainty if "delay" in found.estimates else 0.0
-    logs = len(found.predictions)
-    if logs > 1:
-        scale = math.sqrt(3 * logs) / student(logs)  # an interval reaches Student's t standard errors of a mean
-        ways = [name for name in ("servo_friction_plus", "servo_friction_minus") if name in found.intervals]
-        relative = [np.ptp(found.intervals[name]) / 2 / max(found.estimates[name].value, _LEAST) for name in ways]
-        friction = scale * np.mean(relative) if ways else known[0]
-        measured = np.array([friction, scale * 2 * found.omega_n.uncertainty / found.omega_n.value])
-        known = np.sqrt((KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1) * (1 + 1 / logs))
-    return math.exp(known[0]), float(known[1]), delay

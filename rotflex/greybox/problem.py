@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.errors import IdentificationError
-from rotflex.identification import Vector, channel
+from rotflex.identification import channel
 from rotflex.plant import PlantParameters, State, driven
 from rotflex.recording import Channel, Recording
+from rotflex.units import Vector
 
 #: What can be fitted, and about how large it is: where the search starts unless told, and the unit of its steps.
 TYPICAL = {
@@ -28,7 +29,7 @@ TYPICAL = {
     "delay": 1e-3,
 }
 _PLAIN = ("K_s", "J_eq", "J_l", "B_eq", "B_l", "torque_per_volt")  # fields of a plant that are one number
-STEP = 0.01  #: of the unit: unknowns are changed by this much to see what changes
+DIFFERENCE_STEP = 0.01  #: of the unit: unknowns are changed by this much to see what changes
 _OFFSET, _RATE = 1e-3, 0.1  # rad, rad/s: the units of alpha_offset and of the initial rates
 _POSITIVE = 0.05  # of the unit: the smallest inertia, stiffness or torque per volt
 _FEWEST_WINDOWS = 3
@@ -222,10 +223,10 @@ class Problem:
         columns = np.zeros((here.size, unknowns.size))
         for index, one in enumerate(self.unknowns):
             there = unknowns.copy()
-            there[index] += STEP
+            there[index] += DIFFERENCE_STEP
             for place in range(len(self.records)) if one.of is None else (one.of,):
                 rows = self.rows[place]
-                columns[rows, index] = (self.residual(there, (place,)) - here[rows]) / STEP
+                columns[rows, index] = (self.residual(there, (place,)) - here[rows]) / DIFFERENCE_STEP
         return columns
 
     def _of_plant(self, name: str, place: int | None) -> Iterator[Unknown]:

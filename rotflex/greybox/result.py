@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,17 +13,32 @@ from numpy.typing import ArrayLike, NDArray
 from rotflex import hil
 from rotflex.config import Joint, Servo
 from rotflex.controller import Controller
-from rotflex.greybox.bands import Band, band
+from rotflex.greybox.bands import ANGLES, REACH, Band
 from rotflex.greybox.problem import Problem, changed, rms
 from rotflex.greybox.solving import Chosen, search, student
 from rotflex.hil.bench import Bench
-from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec
+from rotflex.hil.controllers import OpenLoop
+from rotflex.hil.guard import Limits
+from rotflex.hil.loop import run as run_loop
+from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec, scaled
 from rotflex.hil.virtual import Timing
 from rotflex.identification import Estimate
 from rotflex.plant import PlantParameters
+from rotflex.progress import progress as bar
 from rotflex.recording import Recording
 from rotflex.units import DEG
 
+FRICTION = 1.5  #: the largest factor by which the friction of such rigs changes from run to run
+#: standard deviation from run to run, relative: fits to three logs of one bench gave 23.01, 23.22 and 22.72 rad/s
+OMEGA_N_SPREAD = 0.011
+KNOWN = 1  #: the known spread counts as so many recordings, beside those that are measured
+_DRAWS = 20
+_COUNTS = 1.5  # of an encoder: the least margin
+_LEAST = 1e-3  # N·m: of less friction, a relative spread says nothing
+_SEED = 20
+_KNOWN = f"friction ×/÷ {FRICTION} and a standard deviation of {OMEGA_N_SPREAD:.1%} in omega_n are known of such rigs"
+_ONE = f"One recording does not tell how runs differ: {_KNOWN}."
+_SEVERAL = f"The spread is measured between {{logs}} recordings; {_KNOWN}, and count as one recording more."
 _HIGH_CORRELATION = 0.95  # of a correlation: the interval of each is three times what it would be, were the other known
 #: rad RMS: what is left of a log of the right plant is half of it at most, and of another mechanism (a flexible link in
 #: the joint's place) half as much again
@@ -184,7 +199,24 @@ class FitResult:
         BenchError
             If the reference is not a list of finite numbers.
         """
-        return band(self, reference, controller, sample_time, progress)
+        friction, most_omega_n, most_delay = _spread(self)
+        levels = (np.arange(_DRAWS) * 2 + 1) / _DRAWS - 1  # a Latin hypercube: each parameter takes all its levels
+        draw = np.random.default_rng(_SEED)
+        servo, link, omega_n, delay = (draw.permutation(levels) for _parameter in range(4))
+        changes = [friction**servo, friction * (1 + link) / 2, most_omega_n * omega_n, most_delay * delay]
+        simulated = []
+        for change in bar([(1.0, 1.0, 0.0, 0.0), *np.transpose(changes).tolist()], "band", "run", progress):
+            with hil.open("virtual", plant=_changed(self, *change), servo=self.servo) as bench:
+                bench.safety.limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
+                recording = run_loop(bench, controller, reference, sample_time, progress=False)
+            simulated.append([recording[name] for name in ANGLES])
+        middle, *draws = np.array(simulated)
+        least = _COUNTS * self.servo.K_enc / REACH
+        margin = np.array([max(self.residual_rms[name], least) for name in ANGLES])
+        drawn = f"friction ×/÷ {friction:.2f}, omega_n ±{most_omega_n:.1%}, delay ±{most_delay * 1e3:.2f} ms"
+        source = _SEVERAL if len(self.predictions) > 1 else _ONE
+        said = f"Drawn evenly: {drawn}. {source.format(logs=len(self.predictions))}"
+        return Band(recording.time, middle, np.array(draws), margin, type(controller) is OpenLoop, said)
 
     def bench(self, uri: str = "virtual", run: int = FIRST_RUN) -> Bench:
         """A virtual bench with this plant and this delay, for all experiments.
@@ -237,6 +269,36 @@ class FitResult:
         )
 
 
+def _changed(fit: FitResult, servo: float, link: float, omega_n: float, delay: float) -> VirtualPlantSpec:
+    """Return the fitted bench with friction times factors, and with another omega_n (relative) and delay (s)."""
+    was = fit.parameters
+    plant = replace(
+        was,
+        servo_friction=scaled(was.servo_friction, servo),
+        link_friction=scaled(was.link_friction, link),
+        K_s=was.K_s * (1 + omega_n) ** 2,
+    )
+    return VirtualPlantSpec(fit.joint, plant, Timing(delay=max(fit.delay + delay, 0.0)))
+
+
+def _spread(fit: FitResult) -> tuple[float, float, float]:
+    """Return how far a run may be from the fit: a factor of friction, omega_n (relative), and the delay (s).
+
+    The draws are even. Half their width is √3 standard deviations.
+    """
+    known = np.array([math.log(FRICTION), math.sqrt(3) * OMEGA_N_SPREAD])
+    delay = math.sqrt(3) * fit.estimates["delay"].uncertainty if "delay" in fit.estimates else 0.0
+    logs = len(fit.predictions)
+    if logs > 1:
+        scale = math.sqrt(3 * logs) / student(logs)  # an interval reaches Student's t standard errors of a mean
+        ways = [name for name in ("servo_friction_plus", "servo_friction_minus") if name in fit.intervals]
+        relative = [np.ptp(fit.intervals[name]) / 2 / max(fit.estimates[name].value, _LEAST) for name in ways]
+        friction = scale * np.mean(relative) if ways else known[0]
+        measured = np.array([friction, scale * 2 * fit.omega_n.uncertainty / fit.omega_n.value])
+        known = np.sqrt((KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1) * (1 + 1 / logs))
+    return math.exp(known[0]), float(known[1]), delay
+
+
 @dataclass(frozen=True)
 class LeftOut:
     """Each recording as the others predict it. ``print`` it for a table.
@@ -272,8 +334,8 @@ class LeftOut:
 
 def result_of(chosen: Chosen, servo: Servo, joint: Joint) -> FitResult:
     """What a fit has found, in the end."""
-    problem, found, sure, fixed = chosen
-    values = (found.values * problem.units).tolist()
+    problem, best, sure, fixed = chosen
+    values = (best.values * problem.units).tolist()
     estimates, intervals = {}, {}
     for name, value, error, reach in zip(
         problem.names, values, sure.errors.tolist(), sure.reaches.tolist(), strict=True
@@ -284,15 +346,15 @@ def result_of(chosen: Chosen, servo: Servo, joint: Joint) -> FitResult:
         mean = estimates[key] = _mean(each, [estimates[f"{key}[{place}]"].uncertainty for place in range(len(each))])
         reach = student(len(each)) * mean.uncertainty
         intervals[key] = (mean.value - reach, mean.value + reach)
-    plants = tuple(problem.plant(found.values, place) for place in range(len(problem.records)))
-    common = problem.values(found.values, 0)
+    plants = tuple(problem.plant(best.values, place) for place in range(len(problem.records)))
+    common = problem.values(best.values, 0)
     return FitResult(
         parameters=changed(plants[0], {key: estimates[key].value for key in own}),
         delay=estimates["delay"].value if "delay" in problem.own else common.get("delay", problem.delay),
         estimates=estimates | {name: one.estimate for name, one in fixed.items()},
         intervals=intervals | {name: one.interval for name, one in fixed.items()},
         correlation=sure.correlation,
-        predictions=predicted(problem, found.values),
+        predictions=predicted(problem, best.values),
         plants=plants,
         fixed={name: one.why for name, one in fixed.items()},
         servo=servo,

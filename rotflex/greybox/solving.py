@@ -24,10 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.errors import IdentificationError
-from rotflex.greybox.problem import STEP, Jacobian, Problem, changed, known
-from rotflex.identification import Estimate, Vector
+from rotflex.greybox.problem import DIFFERENCE_STEP, Jacobian, Problem, changed, known
+from rotflex.identification import Estimate
 from rotflex.plant import PlantParameters
 from rotflex.progress import progress as bar
+from rotflex.units import Vector
 
 CONFIDENCE = 0.95
 _TOLERANCE = 1e-3  # of the sum of squares: a step that gains less is the last
@@ -38,7 +39,7 @@ _LARGEST_CONDITION = 1e10  # of the information, scaled: beyond, something is no
 _TAKES_PART = 0.1  # of an unknown in a direction that is not told
 
 
-class Found(NamedTuple):
+class Optimum(NamedTuple):
     """Where the sum of squares is least, in units of the unknowns."""
 
     values: Vector
@@ -58,7 +59,7 @@ class Sureness(NamedTuple):
     correlation: NDArray[np.float64]
 
 
-def search(problem: Problem, progress: bool) -> Found:
+def search(problem: Problem, progress: bool) -> Optimum:
     """The least squares.
 
     Raises
@@ -80,26 +81,26 @@ def search(problem: Problem, progress: bool) -> Found:
 
     with bar(None, "fit", "run", progress) as counter:
         problem.count = counter.update
-        found = least_squares(
+        best = least_squares(
             value,
-            np.maximum(problem.begin, problem.lowest + STEP),
+            np.maximum(problem.begin, problem.lowest + DIFFERENCE_STEP),
             jac=jacobian,
             bounds=(problem.lowest, np.inf),
             ftol=_TOLERANCE,
             xtol=1e-5,
             max_nfev=_MOST_STEPS,
         )
-    if not found.success:
+    if not best.success:
         raise IdentificationError(
             f"The fit has not settled in {_MOST_STEPS} steps. Fit fewer parameters, or give an initial plant "
             "that is nearer to the bench."
         )
-    return Found(np.where(np.abs(found.x) < _NONE, 0.0, found.x), np.asarray(found.fun), np.asarray(found.jac))
+    return Optimum(np.where(np.abs(best.x) < _NONE, 0.0, best.x), np.asarray(best.fun), np.asarray(best.jac))
 
 
-def untold(problem: Problem, found: Found) -> list[str]:
+def untold(problem: Problem, best: Optimum) -> list[str]:
     """Names of the unknowns that the recordings do not tell: without effect, or with the same effect as others."""
-    information = found.jacobian.T @ found.jacobian
+    information = best.jacobian.T @ best.jacobian
     scale = np.sqrt(np.diag(information))
     if not scale.all():
         return [name for name, size in zip(problem.names, scale.tolist(), strict=True) if size == 0]
@@ -110,7 +111,7 @@ def untold(problem: Problem, found: Found) -> list[str]:
     return [name for name, part in zip(problem.names, weakest.tolist(), strict=True) if part > _TAKES_PART]
 
 
-def sureness(problem: Problem, found: Found) -> Sureness:
+def sureness(problem: Problem, best: Optimum) -> Sureness:
     """How sure the values are.
 
     Raises
@@ -118,19 +119,19 @@ def sureness(problem: Problem, found: Found) -> Sureness:
     IdentificationError
         If the recordings do not tell one of them.
     """
-    lost = untold(problem, found)
+    lost = untold(problem, best)
     if lost:
         raise IdentificationError(
             f"The recording does not tell what {', '.join(lost)} are. Fit fewer, or record more motion."
         )
-    inverse = np.linalg.inv(found.jacobian.T @ found.jacobian)
-    white = _SMALLEST_INFLATION**2 * np.diag(inverse) * (found.residual @ found.residual)
-    white /= found.residual.size - found.values.size
-    windows, clusters = _between_windows(problem, found, inverse)
+    inverse = np.linalg.inv(best.jacobian.T @ best.jacobian)
+    white = _SMALLEST_INFLATION**2 * np.diag(inverse) * (best.residual @ best.residual)
+    white /= best.residual.size - best.values.size
+    windows, clusters = _between_windows(problem, best, inverse)
     variance = np.maximum(windows, white)
     reaches = within = student(clusters) * np.sqrt(variance)
     if len(problem.records) > 1:
-        recordings = _between_recordings(problem, found)
+        recordings = _between_recordings(problem, best)
         common = np.array([one.of is None for one in problem.unknowns])
         spread = student(len(problem.records)) * np.sqrt(recordings)
         # What is a recording's own has an error of its own, and that of the common ones besides.
@@ -144,20 +145,20 @@ def sureness(problem: Problem, found: Found) -> Sureness:
     )
 
 
-def _between_windows(problem: Problem, found: Found, inverse: NDArray[Any]) -> tuple[Vector, int]:
+def _between_windows(problem: Problem, best: Optimum, inverse: NDArray[Any]) -> tuple[Vector, int]:
     """Variances of the unknowns with windows as clusters, and how many windows there are."""
     windows = problem.windows()
-    sums = np.zeros((windows.max() + 1, found.values.size))
-    np.add.at(sums, windows, found.jacobian * found.residual[:, None])
+    sums = np.zeros((windows.max() + 1, best.values.size))
+    np.add.at(sums, windows, best.jacobian * best.residual[:, None])
     clusters = np.unique(windows).size
     robust = inverse @ (sums.T @ sums) @ inverse * clusters / (clusters - 1)
     return np.asarray(np.diag(robust)), clusters
 
 
-def _between_recordings(problem: Problem, found: Found) -> Vector:
+def _between_recordings(problem: Problem, best: Optimum) -> Vector:
     """Variances of the common unknowns by the jackknife over recordings, and what each one's own have from them."""
     common = np.array([one.of is None for one in problem.unknowns])
-    parts = [_without_own(problem, found, common, place) for place in range(len(problem.records))]
+    parts = [_without_own(problem, best, common, place) for place in range(len(problem.records))]
     whole = sum((information for information, _score in parts), np.zeros((common.sum(),) * 2))
     moved = np.array([np.linalg.lstsq(whole - information, score, rcond=None)[0] for information, score in parts])
     moved = (moved - moved.mean(axis=0)) * np.sqrt((len(parts) - 1) / len(parts))
@@ -165,19 +166,19 @@ def _between_recordings(problem: Problem, found: Found) -> Vector:
     variance[common] = (moved**2).sum(axis=0)
     for place, rows in enumerate(problem.rows):
         own = np.array([one.of == place for one in problem.unknowns])
-        along = np.linalg.lstsq(found.jacobian[rows][:, own], found.jacobian[rows][:, common] @ moved.T, rcond=None)[0]
+        along = np.linalg.lstsq(best.jacobian[rows][:, own], best.jacobian[rows][:, common] @ moved.T, rcond=None)[0]
         variance[own] = (along**2).sum(axis=1)
     return variance
 
 
 def _without_own(
-    problem: Problem, found: Found, common: NDArray[np.bool_], place: int
+    problem: Problem, best: Optimum, common: NDArray[np.bool_], place: int
 ) -> tuple[NDArray[np.float64], Vector]:
     """What one recording says of the common unknowns, whatever its own are: its information, and its score."""
     rows = problem.rows[place]
     own = np.array([one.of == place for one in problem.unknowns])
-    ours, residual = found.jacobian[rows][:, common], found.residual[rows]
-    basis = np.linalg.qr(found.jacobian[rows][:, own])[0]
+    ours, residual = best.jacobian[rows][:, common], best.residual[rows]
+    basis = np.linalg.qr(best.jacobian[rows][:, own])[0]
     free = ours - basis @ (basis.T @ ours)
     return free.T @ free, free.T @ residual
 
@@ -216,7 +217,7 @@ class Chosen(NamedTuple):
     """A fit of what is told, and what is not."""
 
     problem: Problem
-    found: Found
+    best: Optimum
     sure: Sureness
     fixed: dict[str, Fixed]
 
@@ -233,32 +234,32 @@ def choose(make: Make, nominal: PlantParameters, progress: bool) -> Chosen:
     plant, delay, fixed = nominal, 0.0, dict[str, Fixed]()
     while True:
         problem = make(plant, delay, free)
-        found = search(problem, progress)
-        name, sure = _without_effect(problem, found), None
+        best = search(problem, progress)
+        name, sure = _without_effect(problem, best), None
         if name is None:
-            sure = sureness(problem, found)
-            name = _next_to_fix(problem, found, sure)
+            sure = sureness(problem, best)
+            name = _next_to_fix(problem, best, sure)
             if name is None:
-                return Chosen(problem, found, sure, fixed)
-        plant, delay = problem.plant(found.values, 0), problem.values(found.values, 0).get("delay", delay)
+                return Chosen(problem, best, sure, fixed)
+        plant, delay = problem.plant(best.values, 0), problem.values(best.values, 0).get("delay", delay)
         value = 0.0 if name in _MAY_BE_NONE else known(nominal, name)
-        fixed[name] = _fix(name, value, problem, found, sure)
+        fixed[name] = _fix(name, value, problem, best, sure)
         free = tuple(other for other in free if other != name)
         plant, delay = changed(plant, {name: value}), 0.0 if name == "delay" else delay
 
 
-def _without_effect(problem: Problem, found: Found) -> str | None:
+def _without_effect(problem: Problem, best: Optimum) -> str | None:
     """The first to be given up of what is not told at all."""
-    keys = {name.partition("[")[0] for name in untold(problem, found)}
+    keys = {name.partition("[")[0] for name in untold(problem, best)}
     return next((name for name in (*_MAY_BE_NONE, *_ON_DATA_SHEETS) if name in keys), None)
 
 
-def _next_to_fix(problem: Problem, found: Found, sure: Sureness) -> str | None:
+def _next_to_fix(problem: Problem, best: Optimum, sure: Sureness) -> str | None:
     """Return the next parameter to fix because the recordings do not determine it; None if they determine all.
 
     First come those that may be zero, if their uncertainty exceeds their value; then those on data sheets.
     """
-    values = np.abs(found.values) * problem.units
+    values = np.abs(best.values) * problem.units
     for names, enough in ((_MAY_BE_NONE, 1.0), (_ON_DATA_SHEETS, 1 / _OPEN)):
         for name in names:
             places = _places(problem, name)
@@ -277,12 +278,12 @@ def _reaches(problem: Problem, name: str, sure: Sureness) -> Vector:
     return (sure.reaches if reported else sure.within)[_places(problem, name)]
 
 
-def _fix(name: str, value: float, problem: Problem, found: Found, sure: Sureness | None) -> Fixed:
+def _fix(name: str, value: float, problem: Problem, best: Optimum, sure: Sureness | None) -> Fixed:
     """What is kept of a parameter that is given up; without ``sure`` it is not told at all."""
     if sure is None:
         return Fixed(Estimate(value, np.inf), (-np.inf, np.inf), _NOT_AT_ALL.format(name=name, value=value))
     places = _places(problem, name)
-    values, reaches = (found.values * problem.units)[places], _reaches(problem, name, sure)
+    values, reaches = (best.values * problem.units)[places], _reaches(problem, name, sure)
     low, high = float((values - reaches).min()), float((values + reaches).max())
     why = (_AS_NONE if name in _MAY_BE_NONE else _SHEET).format(name=name, low=low, high=high, value=value)
     return Fixed(Estimate(value, float(sure.errors[places].max())), (low, high), why)

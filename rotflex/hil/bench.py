@@ -25,10 +25,10 @@ from numpy.typing import ArrayLike
 
 from rotflex.config import Joint, Servo, check_mounted
 from rotflex.errors import BenchError, HILError, LimitExceeded, MotorNotStopped, WatchdogExpired
-from rotflex.hil.board import Board
-from rotflex.hil.connection import Connection, Wiring
+from rotflex.hil.board import WATCHDOG_TIMEOUT, Board
+from rotflex.hil.connection import Connection, Outcome, Wiring
 from rotflex.hil.guard import SLOWEST, Limits, Measurement, at
-from rotflex.hil.halt import WATCHDOG_TIMEOUT, Ending, Outcome, reason, uninterrupted
+from rotflex.hil.halt import Ending, reason, uninterrupted
 from rotflex.hil.pace import Pace
 from rotflex.hil.recorder import Recorder
 from rotflex.hil.safety import Mark, Safety

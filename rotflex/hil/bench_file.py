@@ -24,8 +24,7 @@ from rotflex.errors import ConfigurationError
 from rotflex.hil import drivers, real
 from rotflex.hil.bench import Connection, Limits, Wiring
 from rotflex.hil.board import Board, Clock, EncoderQuadratureMode
-from rotflex.hil.drivers import BoardKind, Key, choice
-from rotflex.hil.real import LIMITS, WORKBOOKS_STIFFNESS, Setup
+from rotflex.hil.real import DEFAULT_LIMITS, WORKBOOKS_STIFFNESS, BoardKind, Key, Setup, choice
 from rotflex.hil.student_benches import VirtualPlantSpec
 from rotflex.hil.virtual import Timing
 from rotflex.plant import PlantParameters
@@ -80,11 +79,11 @@ TABLES: dict[str, dict[str, Key]] = {
         "clock": choice(0, *map(int, Clock)),
     },
     "limits": {
-        "voltage": _number(LIMITS.voltage, 0, 24),
-        "theta": _number(round(LIMITS.theta / DEG, 6), _FEW_DEG, 360),
-        "alpha": _number(round(LIMITS.alpha / DEG, 6), _FEW_DEG / 2, 90),
-        "rate": _number(LIMITS.rate, 0, 100),
-        "duration": _number(LIMITS.duration, 0, 3600),
+        "voltage": _number(DEFAULT_LIMITS.voltage, 0, 24),
+        "theta": _number(round(DEFAULT_LIMITS.theta / DEG, 6), _FEW_DEG, 360),
+        "alpha": _number(round(DEFAULT_LIMITS.alpha / DEG, 6), _FEW_DEG / 2, 90),
+        "rate": _number(DEFAULT_LIMITS.rate, 0, 100),
+        "duration": _number(DEFAULT_LIMITS.duration, 0, 3600),
     },
 }
 _CHANNELS = {"motor": "analog_outputs", "servo_encoder": "encoders", "link_encoder": "encoders"}

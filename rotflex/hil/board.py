@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rotflex.errors import HILError
+from rotflex.units import Vector
 
 CHANNEL = np.dtype(np.uint32)
 BUFFERS: dict[str, np.dtype[Any]] = {
@@ -32,10 +33,11 @@ BUFFERS: dict[str, np.dtype[Any]] = {
     "mode": CHANNEL,
 }
 
+WATCHDOG_TIMEOUT = 0.2  #: s; an arm at 30 rad/s turns a whole turn meanwhile, and no more
+
 Channels = NDArray[np.uint32]
 Counts = NDArray[np.int32]
 Levels = NDArray[np.int8]
-Vector = NDArray[np.float64]
 
 
 class Clock(IntEnum):

@@ -11,8 +11,7 @@ import numpy as np
 
 from rotflex.config import Servo
 from rotflex.errors import BenchError, ConfigurationError, HILError
-from rotflex.hil.board import Board, BufferOverflowMode, Clock, Counts, DigitalState
-from rotflex.hil.halt import WATCHDOG_TIMEOUT, Outcome
+from rotflex.hil.board import WATCHDOG_TIMEOUT, Board, BufferOverflowMode, Clock, Counts, DigitalState
 from rotflex.hil.replay import RecordedPlant
 
 _FOREVER = 2**32 - 1
@@ -55,6 +54,31 @@ class Wiring:
         for name in ("motor_sign", "servo_sign", "link_sign"):
             if getattr(self, name) not in (1, -1):
                 raise ConfigurationError(f"{name} must be 1 or -1; it is {getattr(self, name)!r}.")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is known of the motor once a bench was stopped. All that is said of an end comes from it.
+
+    Attributes
+    ----------
+    at_zero : whether the board took 0 V, or had no other voltage
+    volts : the last voltage that the board took, V at the motor; None if this program wrote none
+    watchdog : s from the last sign of life to the expiry of the board's watchdog; None if it does not run
+    """
+
+    at_zero: bool = True
+    volts: float | None = 0.0
+    watchdog: float | None = None
+
+    def __str__(self) -> str:
+        if self.at_zero:
+            return "The motor is at 0 V."
+        left = "have a voltage" if self.volts is None else f"be at {self.volts:.2f} V"
+        acts = "No watchdog runs that could stop it."
+        if self.watchdog is not None:
+            acts = f"The board's watchdog, where it works, sets 0 V within {self.watchdog:g} s."
+        return f"The motor may still {left}. Press the emergency stop. {acts}"
 
 
 class Connection:

@@ -17,12 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from rotflex.config import DAC_LIMIT, one_of
 from rotflex.controller import Controller
 from rotflex.errors import DesignError
-from rotflex.units import HZ
+from rotflex.simulation import DERIVATIVE_CUTOFF
 
 if TYPE_CHECKING:
     from control import StateSpace
 
-DERIVATIVE_CUTOFF = 33 * HZ  #: rad/s, of the band-limited derivatives
 FEEDBACK = ("full", "partial")
 
 

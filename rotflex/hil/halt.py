@@ -14,46 +14,17 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rotflex.errors import BenchError, HILError, MotorNotStopped
+from rotflex.hil.connection import Connection, Outcome
 
-if TYPE_CHECKING:
-    from rotflex.hil.connection import Connection
-
-WATCHDOG_TIMEOUT = 0.2  #: s; an arm at 30 rad/s turns a whole turn meanwhile, and no more
 PATIENCE = 2.0  #: s; for so long a board is asked to take 0 V
 #: What ends a program from outside: a stopped kernel, a closed terminal. Windows knows no SIGHUP.
 _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _AGAIN = 3  # times; a watchdog that expires again in between does so within its time-out, which is far longer
 _PAUSE = 0.02  # s, before a board that refused 0 V is asked again
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What is known of the motor once a bench was stopped. All that is said of an end comes from it.
-
-    Attributes
-    ----------
-    at_zero : whether the board took 0 V, or had no other voltage
-    volts : the last voltage that the board took, V at the motor; None if this program wrote none
-    watchdog : s from the last sign of life to the expiry of the board's watchdog; None if it does not run
-    """
-
-    at_zero: bool = True
-    volts: float | None = 0.0
-    watchdog: float | None = None
-
-    def __str__(self) -> str:
-        if self.at_zero:
-            return "The motor is at 0 V."
-        left = "have a voltage" if self.volts is None else f"be at {self.volts:.2f} V"
-        acts = "No watchdog runs that could stop it."
-        if self.watchdog is not None:
-            acts = f"The board's watchdog, where it works, sets 0 V within {self.watchdog:g} s."
-        return f"The motor may still {left}. Press the emergency stop. {acts}"
 
 
 class _Steps:

@@ -2,7 +2,8 @@
 
 Where time does not wait, samples that were late have no voltage written for them: the controller sees them, so that its
 derivatives know what happened meanwhile, and only its answer to the newest one counts. What a run recorded that was
-broken off stays with the bench, as ``bench.recorder.kept``, and says why; of a real bench it is saved in a file, too.
+broken off stays with the bench, as ``bench.recorder.unfinished``, and says why; of a real bench it is saved in a file,
+too.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ import numpy as np
 
 from rotflex.unanswered import HELD, LOST, MOST_NOTED
 
-DRIFT = 5e-3  #: of the time that passes: by so much a board's clock may be slow; a fast one is seen at once
-DRIFT_WAITED = 2e-2  #: the same, while each sample is waited for: then none can be behind it
+LARGEST_DRIFT = 5e-3  #: of the time that passes: by so much a board's clock may be slow; a fast one is seen at once
+WAITED_DRIFT = 2e-2  #: the same, while each sample is waited for: then none can be behind it
 TOO_SLOW = 5  #: calls of a controller of which most take longer than a period: it is no pause, they take too long
 _NEARLY = 0.1  # periods: a sample that is due so soon is taken for one that waits
 _BLOCKED = 0.5, 1.5  # periods that a fetch takes if its sample was not waiting; longer, the computer was held up
@@ -82,7 +82,7 @@ class Pace:
         self._numbers.append(sample)
         behind, lateness = self._behind(sample), now - (self._base + sample * self._period)
         is_waited_for = passed == 1 and self.waited > _NEARLY * self._period
-        self._base += min(lateness, (DRIFT_WAITED if is_waited_for else DRIFT) * passed * self._period)
+        self._base += min(lateness, (WAITED_DRIFT if is_waited_for else LARGEST_DRIFT) * passed * self._period)
         self._worst = max(self._worst, lateness)
         self._blocked = 0
         self.overdue, self._overdue = self._overdue, 0
@@ -90,15 +90,15 @@ class Pace:
 
     def fetched(self, sample: int) -> tuple[int, int]:
         """Return how many samples wait behind this one, which was believed to wait, and how many were lost before."""
-        asked, self._arrival = self._arrival, self.now()
-        self._blocked = self._blocked + 1 if self.blocked(asked, self._arrival) else 0
+        requested, self._arrival = self._arrival, self.now()
+        self._blocked = self._blocked + 1 if self.blocked(requested, self._arrival) else 0
         behind = self._behind(sample)
         return (0, behind) if self._blocked == _TWICE else (behind, 0)
 
-    def blocked(self, asked: float, came: float | None = None) -> bool:
-        """Return whether a sample that was asked for then had to be waited for, until now unless it is said."""
+    def blocked(self, requested: float, arrived: float | None = None) -> bool:
+        """Return whether a sample had to be waited for from its request to its arrival, which is now unless given."""
         least, most = _BLOCKED
-        return least < ((self.now() if came is None else came) - asked) / self._period < most
+        return least < ((self.now() if arrived is None else arrived) - requested) / self._period < most
 
     def _behind(self, sample: int) -> int:
         """Return how many samples should wait behind this one, which came last, by the time."""

@@ -18,8 +18,7 @@ from rotflex.errors import BenchError, HILError
 from rotflex.hil import real
 from rotflex.hil.bench import Bench
 from rotflex.hil.board import VERBS, Board
-from rotflex.hil.drivers import BOARDS, BoardKind
-from rotflex.hil.real import Setup
+from rotflex.hil.real import BOARDS, BoardKind, Setup
 
 #: What the maker's layer raises for arguments that it cannot pass on.
 _UNFIT = (TypeError, ValueError, OverflowError, BufferError)
@@ -88,7 +87,7 @@ def bench(uri: str, setup: Setup | None) -> Bench:
     if board in BOARDS:
         chosen = replace(chosen, wiring=replace(chosen.wiring, digital_outputs=BOARDS[board].digital_outputs))
     simulated = chosen.simulated or "@" in identifier
-    return real.bench(uri, partial(connect, board, identifier), replace(chosen, simulated=simulated))
+    return real.make_bench(uri, partial(connect, board, identifier), replace(chosen, simulated=simulated))
 
 
 def kind(address: str) -> BoardKind | None:

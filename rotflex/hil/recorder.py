@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from rotflex import files
 from rotflex.errors import RecordingError
-from rotflex.hil.halt import Outcome
+from rotflex.hil.connection import Outcome
 from rotflex.recording import PUSHED, Channel, Recording
 
 
@@ -32,8 +32,8 @@ class Recorder:
 
     Attributes
     ----------
-    kept : what the last run recorded that did not end as it should, with the reason in its metadata
-    kept_in : the file in which that is saved; None if it is in none
+    unfinished : what the last run recorded that did not end as it should, with the reason in its metadata
+    unfinished_file : the file in which that is saved; None if it is in none
     path : a file for that, in place of one in the folder
     on_recorded : called with the recording of each experiment, once it is whole; None for nobody
     """
@@ -46,18 +46,18 @@ class Recorder:
 
     def forget(self) -> None:
         """Keep nothing of the run before."""
-        self.kept: Recording | None = None
-        self.kept_in: Path | None = None
+        self.unfinished: Recording | None = None
+        self.unfinished_file: Path | None = None
 
     def keep(self, recording: Recording) -> str:
         """Keep a recording, also in a file, and return where it is: "in …"."""
-        self.kept = recording
+        self.unfinished = recording
         for path in filter(None, (self.path, self.folder and _aside(recording, self.folder))):
             with contextlib.suppress(OSError, RecordingError):
                 path.parent.mkdir(parents=True, exist_ok=True)
-                self.kept_in = recording.save(path)
-                return f"in {self.kept_in}"
-        return "in the bench's recorder.kept, until the program ends"
+                self.unfinished_file = recording.save(path)
+                return f"in {self.unfinished_file}"
+        return "in the bench's recorder.unfinished, until the program ends"
 
 
 class Stored:
@@ -92,7 +92,7 @@ class Stored:
             raise RecordingError(
                 f"Samples cannot be stored in {folder} while they come: {error.strerror or error}. The motor was not "
                 "driven. Make room there, make that folder writable, or name another one in the environment variable "
-                f"{files.FOLDER}, and start again."
+                f"{files.SETTINGS_VARIABLE}, and start again."
             ) from None
 
     def delete(self) -> NDArray[np.float64]:

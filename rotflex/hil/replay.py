@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from rotflex.controller import Controller, begun
 from rotflex.errors import BenchError, NotRecorded, RecordingError
-from rotflex.hil.board import Vector
-from rotflex.hil.halt import WATCHDOG_TIMEOUT
+from rotflex.hil.board import WATCHDOG_TIMEOUT
 from rotflex.plant import State
 from rotflex.recording import Channel, Recording
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, cut, mask, stretches
+from rotflex.units import Vector
 
-TOLD = "told"  #: in a recording's metadata: the parts as the student was told them, and the bench's limit
+REPORTED = "told"  #: in a recording's metadata: the parts as the student was told them, and the bench's limit
 VOLTAGE_LIMIT = "voltage_limit"  #: in that, V: to which the bench cut voltages
 SETTINGS = ("drive", "signal", "feedback", "f_start", "f_stop", "K")  #: of an experiment, in its recording's metadata
 MOST_HELD = 0.05  #: of a run; on a computer that was kept busy on purpose 0.006 of a minute's samples came late
@@ -116,7 +116,7 @@ class RecordedPlant:
     def _is_period(self, sample_time: float) -> bool:
         return abs(sample_time - self.recording.sample_time) <= _SAME_PERIOD * sample_time
 
-    def require_whole(self, samples: int, sample_time: float, asked: str) -> None:
+    def require_whole(self, samples: int, sample_time: float, requested: str) -> None:
         """Check that it may be the run that is asked for.
 
         Raises
@@ -127,14 +127,14 @@ class RecordedPlant:
         if not self._is_period(sample_time):
             held = self.recording.sample_time
             why = f"it is sampled every {held * 1e3:g} ms, and this every {sample_time * 1e3:g} ms"
-            raise self._refused(asked, why)
+            raise self._refused(requested, why)
         if "vm" not in self.recording:
-            raise self._refused(asked, "without vm, nothing tells whether it is this run")
+            raise self._refused(requested, "without vm, nothing tells whether it is this run")
         if samples > len(self.recording):
             why = f"it is of {self.duration:g} s, and {(samples - 1) * sample_time:g} s are asked for: see duration="
-            raise self._refused(asked, why)
+            raise self._refused(requested, why)
 
-    def require_same(self, volts: Vector, asked: str) -> Vector:
+    def require_same(self, volts: Vector, requested: str) -> Vector:
         """Return the recorded voltage, if ``volts`` are it.
 
         Raises
@@ -148,15 +148,15 @@ class RecordedPlant:
             return recorded
         worst = int(np.argmax(apart))
         raise self._refused(
-            asked,
+            requested,
             f"this would set {volts[worst]:.2f} V at t = {worst * self.recording.sample_time:.3f} s, where "
             f"{recorded[worst]:.2f} V were recorded",
         )
 
-    def _refused(self, asked: str, why: str) -> BenchError:
+    def _refused(self, requested: str, why: str) -> BenchError:
         held = self.recording.metadata.get("experiment", "a run that does not say which")
         return BenchError(
-            f"A recording cannot be steered, and {self.name} is not the run that is asked for ({asked}): {why}. It "
+            f"A recording cannot be steered, and {self.name} is not the run that is asked for ({requested}): {why}. It "
             f"holds {held}: {', '.join(self.recording.channels)}, {self.duration:g} s. experiments.watch(bench, "
             f"duration={self.duration:g}) gives it as it is, and experiments.validation(bench, A, B, "
             'signal="recorded") a model beside it; for anything else, open another bench.'
@@ -210,7 +210,7 @@ class RecordedRuns(RecordedPlant):
                 return super().__init__(one, f"the recording of your {name}")
         raise NotRecorded(self._lacking(settings, bool(likely)))
 
-    def require_same(self, volts: Vector, asked: str) -> Vector:
+    def require_same(self, volts: Vector, requested: str) -> Vector:
         """Return the recorded voltage. That it is this run was found when it was chosen.
 
         (A board counts from where the arm stands at its start; what was recorded may have begun a count beside.)
@@ -221,20 +221,20 @@ class RecordedRuns(RecordedPlant):
         """Return a run on it as it was recorded: with those angles, and with what the recording says of itself."""
         exact = {name: Channel(self.recording[name][: len(given)], "rad") for name in ("theta", "alpha")}
         about = cut(self.recording.metadata, 0, len(given))
-        about = {name: value for name, value in about.items() if name != TOLD}  # which came when it was kept
+        about = {name: value for name, value in about.items() if name != REPORTED}  # which came when it was kept
         return Recording(given.time, {**given.channels, **exact}, about)
 
     def _lacking(self, settings: Mapping[str, Any], some: bool) -> str:
         """Return that an experiment was not recorded, and what was."""
-        asked = described(settings, run=self._run)
+        wanted = described(settings, run=self._run)
         if not self._all:
-            return f"Nothing was recorded at the bench yet: {asked}. Start the notebook with its address, and run it."
+            return f"Nothing was recorded at the bench yet: {wanted}. Start the notebook with its address, and run it."
         why = "it was recorded with other settings only" if some else "it was not recorded"
         listed = list(dict.fromkeys(described(one.metadata, float(one.time[-1])) for one in self._all))
         if len(listed) > _MOST_LISTED:
             listed = [f"{len(listed) - _MOST_LISTED} before", *listed[-_MOST_LISTED:]]
         return (
-            f"This experiment has no recording of your bench: {asked}; {why}. Record it at the bench with what your "
+            f"This experiment has no recording of your bench: {wanted}; {why}. Record it at the bench with what your "
             f"notebook has now, and hand in the folder with the new recording. Recorded are: {'; '.join(listed)}."
         )
 
@@ -247,7 +247,7 @@ def voltage_limit(recording: Recording, v_max: float) -> float:
     recording : says so itself, where it was kept at a bench
     v_max : the most that its servo can have, V; a limit beyond it counts for nothing
     """
-    stored = recording.metadata.get(TOLD)
+    stored = recording.metadata.get(REPORTED)
     limit = stored.get(VOLTAGE_LIMIT) if isinstance(stored, Mapping) else None
     if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0:
         return v_max

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from rotflex import files
 from rotflex.errors import BenchError, MotorNotStopped
-from rotflex.hil.connection import Connection
+from rotflex.hil.connection import Connection, Outcome
 from rotflex.hil.guard import Guard, Limits, Supervision
-from rotflex.hil.halt import PATIENCE, Outcome, halt, note, uninterrupted
+from rotflex.hil.halt import PATIENCE, halt, note, uninterrupted
 from rotflex.units import DEG
 
 _NO_MARK = (

@@ -18,7 +18,8 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex.errors import DesignError
-from rotflex.simulation import Vector, matrices, takes_systems
+from rotflex.simulation import matrices, takes_systems
+from rotflex.units import Vector
 
 __all__ = ["FlatMotion", "turn"]
 

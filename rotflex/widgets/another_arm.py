@@ -20,7 +20,8 @@ from rotflex.course.practice import Practice
 from rotflex.errors import RotflexError
 from rotflex.hil import Bench
 from rotflex.recording import Recording
-from rotflex.simulation import Vector, with_actuator
+from rotflex.simulation import with_actuator
+from rotflex.units import Vector
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab

@@ -17,7 +17,7 @@ from labcourse.scene import still
 from labcourse.scene.explorer import Explorer, written
 from labcourse.scene.scene import Button, Choice, Column, Moving, Panel, Play, Readout, Row, Scene, around
 from rotflex import experiments, response, simulation
-from rotflex.course.reflection.common import recording as thinned
+from rotflex.course.reflection.common import stored_recording
 from rotflex.errors import NotRecorded, RotflexError
 from rotflex.hil.controllers import PositionServo
 from rotflex.plant import PlantParameters
@@ -206,7 +206,7 @@ def watch_model(lab: Lab) -> ArmsExplorer:
     return another_arm.unless_answered(
         lab,
         "2.15 validation",
-        lambda: side_by_side(thinned(lab.value("2.15", "validation"))),
+        lambda: side_by_side(stored_recording(lab.value("2.15", "validation"))),
         lambda: side_by_side(another_arm.validated(), another_arm.notice("2.15")),
     )
 
@@ -296,7 +296,7 @@ def show_arm(lab: Lab) -> OwnArm:
     arms, missing = [_servo_alone(lab)], []
     for title, (role, recorded, asked) in _FEEDBACK.items():
         if lab.has(recorded, "response"):
-            response_ = thinned(lab.value(recorded, "response"))
+            response_ = stored_recording(lab.value(recorded, "response"))
             own = {name: lab.value(asked, name) for name in FIGURES if name != "end" and lab.has(asked, name)}
             arms.append(Arm(title, role, _one_period(response_), {**figures_of(response_), **own}))
         else:

@@ -283,8 +283,8 @@ class BenchConsole(Explorer):
             return
         self._settled = True
         self._state, self._message = outcome(self._run)
-        if self._bench is not None and self._bench.recorder.kept_in is not None:
-            self._message += f" What was recorded until then is in {self._bench.recorder.kept_in}."
+        if self._bench is not None and self._bench.recorder.unfinished_file is not None:
+            self._message += f" What was recorded until then is in {self._bench.recorder.unfinished_file}."
         self.notice = self._message
         self.recording = self._run.recording
         if self._bench is not None and not self._bench.board.is_valid():

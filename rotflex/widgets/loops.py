@@ -44,7 +44,7 @@ class LoopExplorer(Explorer):
         self._model, self._controllers, self._more = matrices(A, B), controllers, readouts
         self.controller = next(iter(controllers))
         self.command = {"amplitude": AMPLITUDE / DEG, "ramp": 2 / RATE}
-        self.found = self._simulated(self.controller, self.command)
+        self.loop = self._simulated(self.controller, self.command)
         super().__init__()
 
     def set(self, name: str, value: float | str) -> None:
@@ -55,7 +55,7 @@ class LoopExplorer(Explorer):
         else:
             low, high, _step = _RANGES[name]
             command[name] = min(max(float(value), low), high)
-        self.found = self._simulated(controller, command)
+        self.loop = self._simulated(controller, command)
         self.controller, self.command = controller, command
 
     def _simulated(self, controller: str, command: dict[str, float]) -> Design:
@@ -64,18 +64,18 @@ class LoopExplorer(Explorer):
 
     def view(self) -> Scene:
         """The arm beside the response."""
-        found = self.found
-        start = 0.0 if found.motion is None else float(found.motion["theta"][0])
+        loop = self.loop
+        start = 0.0 if loop.motion is None else float(loop.motion["theta"][0])
         names = {name: name for name in self._controllers}
         labels = {"amplitude": ("command ±", "deg"), "ramp": ("takes", "s")}
         sliders = [Slider(name, *labels[name], *_RANGES[name], value) for name, value in self.command.items()]
         return Scene(
-            alt=f"A closed loop, {self.controller}. " + " ".join(one.words for one in found.findings),
-            columns=[Column([mechanism(start, 0.0)], 0.7), Column(pole_views.traces(found, []), 1.0)],
+            alt=f"A closed loop, {self.controller}. " + " ".join(one.words for one in loop.findings),
+            columns=[Column([mechanism(start, 0.0)], 0.7), Column(pole_views.traces(loop, []), 1.0)],
             controls=[[Choice("controller", "controller", names, self.controller), *sliders]],
-            readouts=[pole_views.verdicts(found), *self._more],
+            readouts=[pole_views.verdicts(loop), *self._more],
             height=300,
-            play=pole_views.played_by_arm(found, at_once=True),
+            play=pole_views.played_by_arm(loop, at_once=True),
         )
 
 

@@ -35,15 +35,13 @@ from rotflex.specifications import (
     SETTLING_BAND,
     ZETA,
 )
-from rotflex.units import DEG, HZ
-
-Vector = NDArray[np.float64]
+from rotflex.units import DEG, HZ, Vector
 
 _PARTIAL = np.array([1.0, 0.0, 1.0, 0.0])  # of the state, the servo's alone
 HALF_PERIOD = 0.5 / FREQUENCY  #: s, of the square wave
 STEP = 2 * DEG  #: rad; small, so that the swing can be seen to grow: the larger step meets a limit at its first swing
 LEAD = 0.06  #: s before the step
-LONGEST = 4.0  #: s, that a loop is followed after the step
+HORIZON = 4.0  #: s, that a loop is followed after the step
 _AFTER = 0.6  # s, that the arm is followed after the stop
 BORDER = 1e-6  #: rad/s; a pole that is no further right than this is taken to lie on the imaginary axis
 # s, sample time, beginning and end: fine enough for the peak of the voltage, then coarse
@@ -133,7 +131,7 @@ class Runaway:
     @property
     def _end(self) -> str:
         if self.stopped is None:
-            return f"A step of {STEP / DEG:.0f} deg: no limit of the bench is reached within {LONGEST:g} s."
+            return f"A step of {STEP / DEG:.0f} deg: no limit of the bench is reached within {HORIZON:g} s."
         return (
             f"A step of {STEP / DEG:.0f} deg: after {self.stopped:.2f} s the {self.what} is at its limit of "
             f"{self.limit / DEG:.0f} deg, and the safety stops it at 0 V."
@@ -265,8 +263,8 @@ def with_gain(
     return Design(asked, feedback, gain, np.real(np.poly(asked)), found, recording, findings, trouble, runaway)
 
 
-def described(value: complex) -> str:
-    """A pole for people, to one decimal."""
+def pole_text(value: complex) -> str:
+    """Write a pole for people, to one decimal."""
     real, imaginary = round(value.real, 1) + 0.0, round(abs(value.imag), 1)
     text = f"{real:.1f}".replace("-", "−")
     return text if imaginary == 0 else f"{text} {'+' if value.imag > 0 else '−'} {imaginary:.1f}j"
@@ -288,7 +286,7 @@ def run_away(a: Vector, b: Vector, applied: Vector, growth: float) -> Runaway:
     what, limit = "", 0.0
     samples: list[tuple[float, float, float, float]] = []
     state, stopped = np.array([-STEP / 2, 0.0, 0.0, 0.0, 0.0]), None
-    for number in range(round((LEAD + LONGEST) / SAMPLE_TIME) + 1):
+    for number in range(round((LEAD + HORIZON) / SAMPLE_TIME) + 1):
         t = number * SAMPLE_TIME - LEAD
         command = STEP / 2 * min(max(RATE * (t + SAMPLE_TIME), 0.0) - 1, 1.0)
         state[4] = command

@@ -13,29 +13,27 @@ from numpy.typing import NDArray
 from labcourse.scene.scene import Panel, Play, Readout, Row, around
 from rotflex.hil.bench import Limits
 from rotflex.specifications import AMPLITUDE, LIMITS, SETTLING_BAND
-from rotflex.units import DEG
+from rotflex.units import DEG, Vector
 from rotflex.widgets.mechanism import played
 from rotflex.widgets.placement import (
     BORDER,
     COUNT,
+    HORIZON,
     LEAD,
-    LONGEST,
     STEP,
     Cloud,
     Design,
     Dominant,
     Runaway,
-    described,
+    pole_text,
 )
-
-Vector = NDArray[np.float64]
 
 PAIR, PARTNER, P3, P4 = "pair", "partner", "p3", "p4"  #: handles
 PLANE = (-82.0, 12.0), (-42.0, 42.0)  #: rad/s: all places that a pole may be dragged to
 GRID_ZETA = (0.2, 0.4, 0.6, 0.8)
 _NAMED_ZETA = (0.2, 0.6, 0.8)  # with all four, their names would touch
 GRID_OMEGA = (10, 20, 30, 40)  #: rad/s
-SHOWN = 1.0  #: s after the step
+SHOWN_TIME = 1.0  #: s after the step
 _STEP = 0.5  # rad/s, of one press of a key
 _OFF_AXIS = 1.5  # rad/s, by which a key takes a real pair off the axis
 _NAMES = ("settling time", "overshoot", "deflection", "voltage")
@@ -75,14 +73,14 @@ def marks(panel: Panel, poles: NDArray[np.complex128], role: str, shape: str, la
         panel.mark(pole.real, pole.imag, role, shape, "" if index else label)
 
 
-def scattered(panel: Panel, found: Cloud) -> None:
+def scattered(panel: Panel, cloud: Cloud) -> None:
     """The poles with other stiffnesses."""
-    poles = found.poles.ravel()
+    poles = cloud.poles.ravel()
     panel.points(
         poles.real,
         poles.imag,
         "highlight",
-        f"stiffness uncertain by {100 * found.spread:.2g} %",
+        f"stiffness uncertain by {100 * cloud.spread:.2g} %",
         size=1.5,
     )
 
@@ -92,7 +90,7 @@ def _handles(panel: Panel, wanted: Dominant, numbers: bool) -> None:
     legend, text = "desired poles: drag them", f"ζ {wanted.zeta:.2f}, ωₙ {wanted.omega_n:.1f} rad/s"
 
     def place(name: str, pole: complex, label: str, step: tuple[float, float], **more: Any) -> None:
-        value = text if name in (PAIR, PARTNER) and not numbers else f"{described(pole)} rad/s"
+        value = text if name in (PAIR, PARTNER) and not numbers else f"{pole_text(pole)} rad/s"
         panel.handle(name, pole.real, pole.imag, label, value, step, **more)
 
     if wanted.zeta < 1:
@@ -108,23 +106,24 @@ def _handles(panel: Panel, wanted: Dominant, numbers: bool) -> None:
 # --- the response -----------------------------------------------------------------------------------------------------
 
 
-def traces(found: Design, ghosts: Sequence[Design]) -> list[Panel]:
+def traces(design: Design, ghosts: Sequence[Design]) -> list[Panel]:
     """Servo angle, deflection and voltage after the step."""
-    theta, alpha, volts = _servo_angle(found), Panel("α (deg)", (0, 1), (-16.0, 16.0)), Panel("", (0, 1), (-14.0, 14.0))
+    theta, alpha = _servo_angle(design), Panel("α (deg)", (0, 1), (-16.0, 16.0))
+    volts = Panel("", (0, 1), (-14.0, 14.0))
     volts.ylabel, volts.xlabel, volts.height = "Vₘ (V)", "time after the step (s)", 1.25
     alpha.x = volts.x = theta.x
     for panel, limit in ((alpha, LIMITS["max_alpha"] / DEG), (volts, LIMITS["max_vm"])):
-        if found.runaway is None or panel is volts:
+        if design.runaway is None or panel is volts:
             panel.level(limit, "highlight", "limit")
             panel.level(-limit, "highlight")
     panels = (theta, alpha, volts)
     for index, ghost in enumerate(ghosts):
         _draw(ghost, panels, "ghost", "" if index else "ghost")
-    _draw(found, panels, "measured", "this design")
-    if found.runaway is not None:
-        _limited(alpha, found.runaway.recording.degrees("alpha"), Limits().alpha / DEG)
-    elif found.motion is not None:
-        for panel, values in ((alpha, found.motion.degrees("alpha")), (volts, found.motion["vm"])):
+    _draw(design, panels, "measured", "this design")
+    if design.runaway is not None:
+        _limited(alpha, design.runaway.recording.degrees("alpha"), Limits().alpha / DEG)
+    elif design.motion is not None:
+        for panel, values in ((alpha, design.motion.degrees("alpha")), (volts, design.motion["vm"])):
             reach = max(panel.y[1], 1.1 * float(np.abs(values).max()))
             panel.y = (-reach, reach)
     for panel in panels:
@@ -132,24 +131,24 @@ def traces(found: Design, ghosts: Sequence[Design]) -> list[Panel]:
     return [theta, alpha, volts]
 
 
-def _servo_angle(found: Design) -> Panel:
+def _servo_angle(design: Design) -> Panel:
     """The plot of the servo angle with its command, band and limits, and no response yet."""
-    theta = Panel("θ (deg)", (-LEAD, SHOWN), (-26.0, 30.0), height=1.3)
-    if found.runaway is None:
+    theta = Panel("θ (deg)", (-LEAD, SHOWN_TIME), (-26.0, 30.0), height=1.3)
+    if design.runaway is None:
         end = AMPLITUDE / DEG
-        if found.recording is not None:
-            low, high = around(found.recording.degrees("theta"))
-            end, theta.y = float(found.recording.degrees("theta_ref")[-1]), (min(low, -26.0), max(high, 30.0))
+        if design.recording is not None:
+            low, high = around(design.recording.degrees("theta"))
+            end, theta.y = float(design.recording.degrees("theta_ref")[-1]), (min(low, -26.0), max(high, 30.0))
         theta.band(end * (1 - SETTLING_BAND), end * (1 + SETTLING_BAND), "highlight", "settling band")
         theta.level(LIMITS["settling_time"], "highlight", "time limit", axis="x")
     else:
-        recording, stopped = found.runaway.recording, found.runaway.stopped
-        theta.x = (-LEAD, max(SHOWN, float(recording.time[-1])))
+        recording, stopped = design.runaway.recording, design.runaway.stopped
+        theta.x = (-LEAD, max(SHOWN_TIME, float(recording.time[-1])))
         _limited(theta, recording.degrees("theta"), Limits().theta / DEG)
         if stopped is not None:
             theta.level(stopped, "reference", "stopped by the safety", axis="x", dash=[], width=2)
-    if found.motion is not None:
-        theta.line(found.motion.time, found.motion.degrees("theta_ref"), "reference", "command")
+    if design.motion is not None:
+        theta.line(design.motion.time, design.motion.degrees("theta_ref"), "reference", "command")
     return theta
 
 
@@ -162,30 +161,30 @@ def _limited(panel: Panel, values: Vector, limit: float) -> None:
         panel.level(-limit, "highlight")
 
 
-def _draw(found: Design, panels: Sequence[Panel], role: str, label: str = "") -> None:
-    if found.motion is None:
+def _draw(design: Design, panels: Sequence[Panel], role: str, label: str = "") -> None:
+    if design.motion is None:
         return
-    time = found.motion.time
-    curves = (found.motion.degrees("theta"), found.motion.degrees("alpha"), found.motion["vm"])
+    time = design.motion.time
+    curves = (design.motion.degrees("theta"), design.motion.degrees("alpha"), design.motion["vm"])
     for panel, values in zip(panels, curves, strict=True):
         panel.line(time, values, role, label if panel is panels[0] else "")
 
 
-def played_by_arm(found: Design, at_once: bool = False) -> Play | None:
+def played_by_arm(design: Design, at_once: bool = False) -> Play | None:
     """What the arm goes through from the step on, for the drawing of the mechanism; ``at_once``: before any touch."""
-    if found.motion is None:
+    if design.motion is None:
         return None
-    end = SHOWN if found.runaway is None else float(found.motion.time[-1])
-    return replace(played(found.motion, 0.0, end, auto=True), at_once=at_once)
+    end = SHOWN_TIME if design.runaway is None else float(design.motion.time[-1])
+    return replace(played(design.motion, 0.0, end, auto=True), at_once=at_once)
 
 
 # --- in words ---------------------------------------------------------------------------------------------------------
 
 
-def verdicts(found: Design) -> Readout:
+def verdicts(design: Design) -> Readout:
     """The four specifications, or why there is nothing to hold against them."""
     rows = []
-    for finding, name in zip(found.findings, _NAMES, strict=bool(found.findings)):
+    for finding, name in zip(design.findings, _NAMES, strict=bool(design.findings)):
         unit = finding.specification.unit
         scale = DEG if unit == "rad" else 1.0
         unit = "deg" if unit == "rad" else unit
@@ -193,49 +192,49 @@ def verdicts(found: Design) -> Readout:
         shown = "–" if value is None else "does not settle" if math.isinf(value) else f"{value / scale:.3g} {unit}"
         mark, words = _MARKS[finding.met]
         rows.append(Row(name, (shown, f"≤ {finding.specification.limit / scale:g} {unit}"), mark, words))
-    if found.runaway is not None:
-        rows = _of_a_runaway(found.runaway)
-    elif not found.findings:
-        rows = [Row("no response", (found.trouble.split(":")[0],), "missed", "not met")]
+    if design.runaway is not None:
+        rows = _of_a_runaway(design.runaway)
+    elif not design.findings:
+        rows = [Row("no response", (design.trouble.split(":")[0],), "missed", "not met")]
     return Readout("Specifications", rows)
 
 
-def _of_a_runaway(found: Runaway) -> list[Row]:
+def _of_a_runaway(runaway: Runaway) -> list[Row]:
     """As many rows as there are specifications, so that nothing moves when a pole crosses the border."""
-    grows = f"twice as large every {found.doubled:.2g} s" if found.growth > BORDER else "for ever"
-    end = [Row("limit of the bench", (f"not within {LONGEST:g} s",)), Row("", ())]
-    if found.stopped is not None:
-        reached = f"{found.limit / DEG:.0f} deg of {found.what} after {found.stopped:.2f} s"
+    grows = f"twice as large every {runaway.doubled:.2g} s" if runaway.growth > BORDER else "for ever"
+    end = [Row("limit of the bench", (f"not within {HORIZON:g} s",)), Row("", ())]
+    if runaway.stopped is not None:
+        reached = f"{runaway.limit / DEG:.0f} deg of {runaway.what} after {runaway.stopped:.2f} s"
         end = [
             Row(f"step of {STEP / DEG:.0f} deg", (reached,)),
             Row("then", ("stopped by the safety, 0 V",)),
         ]
-    where = f"at {number(round(found.growth, 3) + 0.0)} rad/s"
-    words = "unstable" if found.growth > BORDER else "on the border"
+    where = f"at {number(round(runaway.growth, 3) + 0.0)} rad/s"
+    words = "unstable" if runaway.growth > BORDER else "on the border"
     return [Row("rightmost pole", (where,), "missed", words), Row("swings", (grows,)), *end]
 
 
-def gain(found: Design) -> Readout:
+def gain(design: Design) -> Readout:
     """Return the gain as a table, V/rad and V/(rad/s)."""
-    values = zip(("k₁", "k₂", "k₃", "k₄"), found.K.ravel().tolist(), _UNITS, strict=True)
+    values = zip(("k₁", "k₂", "k₃", "k₄"), design.K.ravel().tolist(), _UNITS, strict=True)
     return Readout("Gain K", [Row(name, (number(value), unit)) for name, value, unit in values])
 
 
-def polynomial(found: Design) -> Readout:
+def polynomial(design: Design) -> Readout:
     """The characteristic polynomial of the poles asked for."""
     powers = ("s⁴", "s³", "s²", "s", "1")
-    rows = [Row(power, (number(value),)) for power, value in zip(powers, found.polynomial.tolist(), strict=True)]
+    rows = [Row(power, (number(value),)) for power, value in zip(powers, design.polynomial.tolist(), strict=True)]
     return Readout("Characteristic polynomial", rows, folded=True)
 
 
-def cloud_rows(found: Cloud) -> Readout:
+def cloud_rows(cloud: Cloud) -> Readout:
     """How certain the design is, with the student's own uncertainty of the stiffness."""
     return Readout(
         "If K_s is not quite that",
         [
-            Row("u(K_s)/K_s", (f"{100 * found.spread:.2g} %",)),
+            Row("u(K_s)/K_s", (f"{100 * cloud.spread:.2g} %",)),
             Row("stiffnesses tried", (f"{COUNT}",)),
-            Row("all four met on", (f"{100 * found.share:.0f} %",)),
+            Row("all four met on", (f"{100 * cloud.share:.0f} %",)),
         ],
     )
 
@@ -246,8 +245,8 @@ def number(value: float) -> str:
     return text.replace("-", "−")
 
 
-def alt_text_of(found: Design, numbers: bool = True) -> str:
-    """A design in words, for somebody who cannot see it; with the desired poles as ``numbers`` or without."""
-    listed = ", ".join(described(pole) for pole in found.wanted)
-    text = f"Desired poles {listed} rad/s, {found.feedback} state feedback. " if numbers else "Another arm. "
-    return text + (" ".join(finding.words for finding in found.findings) or found.trouble)
+def design_alt_text(design: Design, numbers: bool = True) -> str:
+    """Describe a design in words, for somebody who cannot see it; with the desired poles as ``numbers`` or without."""
+    listed = ", ".join(pole_text(pole) for pole in design.wanted)
+    text = f"Desired poles {listed} rad/s, {design.feedback} state feedback. " if numbers else "Another arm. "
+    return text + (" ".join(finding.words for finding in design.findings) or design.trouble)

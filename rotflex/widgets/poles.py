@@ -36,7 +36,8 @@ _FEEDBACK = {"full": "full state", "partial": "partial (servo only)"}
 _BESIDE = {"step": "nothing", "cloud": "uncertain stiffness (cloud)"}
 _MOST_GHOSTS = 3
 _START = Dominant()  # the workbook's poles: to begin with, and to go back to
-ZETA, OMEGA, REAL = (-1.0, 3.0), (5.0, 40.0), (-80.0, 10.0)  #: damping ratio; rad/s; rad/s: how far each may go
+#: How far each may go: the damping ratio; rad/s; rad/s.
+ZETA_RANGE, OMEGA_RANGE, REAL_RANGE = (-1.0, 3.0), (5.0, 40.0), (-80.0, 10.0)
 _ON_AXIS = 1.2  # rad/s; a pair that is so near to the real axis is two real poles
 _SLOWEST = -0.5  # rad/s, of two real poles of the pair
 
@@ -46,10 +47,10 @@ _SLOWEST = -0.5  # rad/s, of two real poles of the pair
 
 def within(wanted: Dominant) -> Dominant:
     """The nearest poles that the explorer takes: a pair's faster real pole is no further left than the others."""
-    omega_n = _clamped(wanted.omega_n, OMEGA)
-    fastest = -REAL[0] / omega_n
-    zeta = _clamped(wanted.zeta, (ZETA[0], min(ZETA[1], (fastest + 1 / fastest) / 2)))
-    return Dominant(zeta, omega_n, _clamped(wanted.p3, REAL), _clamped(wanted.p4, REAL))
+    omega_n = _clamped(wanted.omega_n, OMEGA_RANGE)
+    fastest = -REAL_RANGE[0] / omega_n
+    zeta = _clamped(wanted.zeta, (ZETA_RANGE[0], min(ZETA_RANGE[1], (fastest + 1 / fastest) / 2)))
+    return Dominant(zeta, omega_n, _clamped(wanted.p3, REAL_RANGE), _clamped(wanted.p4, REAL_RANGE))
 
 
 def dragged(wanted: Dominant, name: str, x: float, y: float) -> Dominant:
@@ -182,7 +183,7 @@ class PoleExplorer(Explorer):
             pole_views.scattered(plane, scattered)
         traces = pole_views.traces(found, self.ghosts)
         return Scene(
-            alt=pole_views.alt_text_of(found, not self._another),
+            alt=pole_views.design_alt_text(found, not self._another),
             columns=[Column([plane], 1.0), Column(traces, 1.1), Column([mechanism(start, 0.0)], 0.55)],
             controls=self._controls(),
             readouts=self._readouts(scattered),
@@ -194,12 +195,12 @@ class PoleExplorer(Explorer):
         wanted = self.wanted
         rows: list[list[Slider | Choice | Button]] = [
             [
-                Slider("zeta", "ζ", "", *ZETA, 0.01, wanted.zeta),
-                Slider("omega_n", "ωₙ", "rad/s", *OMEGA, 0.1, wanted.omega_n),
+                Slider("zeta", "ζ", "", *ZETA_RANGE, 0.01, wanted.zeta),
+                Slider("omega_n", "ωₙ", "rad/s", *OMEGA_RANGE, 0.1, wanted.omega_n),
             ],
             [
-                Slider(P3, "third pole", "rad/s", *REAL, 0.5, wanted.p3),
-                Slider(P4, "fourth pole", "rad/s", *REAL, 0.5, wanted.p4),
+                Slider(P3, "third pole", "rad/s", *REAL_RANGE, 0.5, wanted.p3),
+                Slider(P4, "fourth pole", "rad/s", *REAL_RANGE, 0.5, wanted.p4),
             ],
         ]
         if self._another:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
@@ -15,15 +14,14 @@ from rotflex.course.practice import Practice
 from rotflex.errors import BenchError, IdentificationError
 from rotflex.identification import Estimate, frequency_response
 from rotflex.recording import Recording
-from rotflex.units import DEG
+from rotflex.units import DEG, Vector
 from rotflex.widgets import another_arm
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
 
-Vector = NDArray[np.float64]
 
-SHOWN = (0.5, 8.0)  #: Hz, that spectra are drawn and peaks looked for in
+SHOWN_BAND = (0.5, 8.0)  #: Hz, that spectra are drawn and peaks looked for in
 _COHERENT = 0.5  # a ratio of signals that share less than this is not looked at
 _DRIVE = {"position": "position loop", "voltage": "motor voltage"}
 _AMPLITUDE = {"position": (4.0, "deg", 0.5, 6.0, DEG), "voltage": (0.8, "V", 0.2, 2.0, 1.0)}
@@ -72,9 +70,9 @@ def spectra(recording: Recording) -> Spectra:
     """
     alpha = recording["alpha"]
     found = frequency_response(recording)
-    inside = (found.f_hz >= SHOWN[0]) & (found.f_hz <= SHOWN[1]) & (found.coherence >= _COHERENT)
+    inside = (found.f_hz >= SHOWN_BAND[0]) & (found.f_hz <= SHOWN_BAND[1]) & (found.coherence >= _COHERENT)
     f = np.asarray(np.fft.rfftfreq(alpha.size, recording.sample_time), dtype=np.float64)
-    shown = (f >= SHOWN[0]) & (f <= SHOWN[1])
+    shown = (f >= SHOWN_BAND[0]) & (f <= SHOWN_BAND[1])
     if not inside.any() or shown.sum() < 3:
         raise IdentificationError("The recording has too little between 0.5 and 8 Hz. Sweep for longer.")
     amplitude: Vector = 2 * np.abs(np.fft.rfft(alpha - alpha.mean())) / alpha.size
@@ -95,13 +93,13 @@ def stiffness_at(f: float, J_l: float, spacing: float) -> Estimate:
     return Estimate(J_l * omega**2, 2 * J_l * omega * spread)
 
 
-def alt_text_of(found: Spectra, recording: Recording) -> str:
-    """A sweep in words, for somebody who cannot see it."""
+def sweep_alt_text(measured: Spectra, recording: Recording) -> str:
+    """Describe a sweep in words, for somebody who cannot see it."""
     largest = np.abs(recording.degrees("alpha")).max()
     return (
         f"A sweep of {recording.time[-1]:.3g} s: the deflection reaches {largest:.2g} deg. Its spectrum peaks at "
-        f"{found.peak():.2f} Hz, at {found.height(found.peak()) / DEG:.2g} deg; the ratio of deflection to servo "
-        f"angle peaks at {found.peak('ratio'):.2f} Hz."
+        f"{measured.peak():.2f} Hz, at {measured.height(measured.peak()) / DEG:.2g} deg; the ratio of deflection to "
+        f"servo angle peaks at {measured.peak('ratio'):.2f} Hz."
     )
 
 
@@ -137,8 +135,8 @@ class SweepExplorer(Explorer):
         self.settings = _settings_of(recording)
         self.look = "spectrum"
         self.recording = recording if recording is not None else self._sweep(self.settings)
-        self.found = spectra(self.recording)
-        self.cursor = self.found.peak(self.look)
+        self.spectra = spectra(self.recording)
+        self.cursor = self.spectra.peak(self.look)
         super().__init__()
 
     # --- what the reader does ---------------------------------------------------------------------------------------
@@ -147,7 +145,7 @@ class SweepExplorer(Explorer):
         """A setting of the sweep, or what the cursor is on."""
         if name == "look":
             self.look = "ratio" if value == "ratio" else "spectrum"
-            self.cursor = self.found.peak(self.look)
+            self.cursor = self.spectra.peak(self.look)
         elif name == "cursor":
             self.move(name, float(value), 0.0)
         else:
@@ -157,7 +155,7 @@ class SweepExplorer(Explorer):
                 changed["amplitude"] = _AMPLITUDE[changed["drive"]][0]
             recording = self._sweep(changed)
             found = spectra(recording)  # first everything, so that nothing is half changed should it fail
-            self.settings, self.recording, self.found = changed, recording, found
+            self.settings, self.recording, self.spectra = changed, recording, found
             self.cursor = found.peak(self.look)
 
     def _within(self, name: str, value: float | str) -> float | str:
@@ -169,11 +167,11 @@ class SweepExplorer(Explorer):
 
     def move(self, name: str, x: float, y: float) -> None:
         """The cursor was moved."""
-        self.cursor = min(max(x, SHOWN[0]), SHOWN[1])
+        self.cursor = min(max(x, SHOWN_BAND[0]), SHOWN_BAND[1])
 
     def press(self, name: str) -> None:
         """The cursor goes to the peak."""
-        self.cursor = self.found.peak(self.look)
+        self.cursor = self.spectra.peak(self.look)
 
     def _sweep(self, settings: dict[str, Any]) -> Recording:
         if self._lab is None:
@@ -186,7 +184,7 @@ class SweepExplorer(Explorer):
 
     def view(self) -> Scene:
         """Both angles against time, the spectrum and the ratio against frequency, stiffness below."""
-        recording, found = self.recording, self.found
+        recording, found = self.recording, self.spectra
         span = (float(recording.time[0]), float(recording.time[-1]))
         theta = Panel("θ (deg)", span, around(recording.degrees("theta")))
         alpha = Panel("α (deg)", span, around(recording.degrees("alpha")), "time (s)", height=1.15)
@@ -195,9 +193,9 @@ class SweepExplorer(Explorer):
             theta.line(recording.time, recording.degrees("theta_ref"), "reference", "command")
         alpha.line(recording.time, recording.degrees("alpha"), "measured", "deflection")
         top = 1.25 * found.amplitude.max() / DEG
-        spectrum = Panel("amplitude of α (deg)", SHOWN, (0.0, float(top)))
+        spectrum = Panel("amplitude of α (deg)", SHOWN_BAND, (0.0, float(top)))
         spectrum.line(found.f_hz, found.amplitude / DEG, "measured", "spectrum")
-        ratio = Panel("|α/θ|", SHOWN, (0.0, 1.25 * float(found.ratio.max())), "frequency (Hz)", height=1.15)
+        ratio = Panel("|α/θ|", SHOWN_BAND, (0.0, 1.25 * float(found.ratio.max())), "frequency (Hz)", height=1.15)
         ratio.line(found.f_ratio, found.ratio, "model", "ratio")
         text = f"{self.cursor:.2f} Hz"
         for panel, of in ((spectrum, "spectrum"), (ratio, "ratio")):
@@ -206,7 +204,7 @@ class SweepExplorer(Explorer):
                 height = found.height(self.cursor, of) / (DEG if of == "spectrum" else 1.0)
                 panel.handle("cursor", self.cursor, height, "cursor", text, (_STEP, 0.0), "highlight", "cursor", "x")
         return Scene(
-            alt=f"{alt_text_of(found, recording)} The cursor is at {text}.",
+            alt=f"{sweep_alt_text(found, recording)} The cursor is at {text}.",
             columns=[Column([theta, alpha]), Column([spectrum, ratio])],
             controls=self._controls(),
             readouts=[another_arm.notice("2.12") if self._another else self._stiffness(), self._peaks()],
@@ -231,17 +229,17 @@ class SweepExplorer(Explorer):
         return [[start, stop], [duration, amplitude], [drive, *below]]
 
     def _stiffness(self) -> Readout:
-        found = stiffness_at(self.cursor, self.J_l, self.found.spacing)
+        found = stiffness_at(self.cursor, self.J_l, self.spectra.spacing)
         rows = [
             Row("cursor", (f"{self.cursor:.2f} Hz", f"{self.cursor * 6.283185:.2f} rad/s")),
-            Row("spacing of the spectrum", (f"{self.found.spacing:.3f} Hz", "")),
+            Row("spacing of the spectrum", (f"{self.spectra.spacing:.3f} Hz", "")),
             Row("J_l", (f"{self.J_l:.4g} kg·m²", "")),
             Row("K_s, if this is ω_n", (f"{found.value:.3f} ± {found.uncertainty:.3f} N·m/rad", "")),
         ]
         return Readout("Stiffness by the cursor", rows)
 
     def _peaks(self) -> Readout:
-        rows = [Row(text, (f"{self.found.peak(of):.2f} Hz",)) for of, text in _LOOK.items()]
+        rows = [Row(text, (f"{self.spectra.peak(of):.2f} Hz",)) for of, text in _LOOK.items()]
         return Readout("Peaks", rows)
 
 

@@ -17,12 +17,12 @@ from rotflex.config import one_of
 from rotflex.controller import Controller
 from rotflex.errors import BenchError, RotflexError
 from rotflex.hil import Bench
-from rotflex.hil.controllers import DERIVATIVE_CUTOFF, StateFeedback
+from rotflex.hil.controllers import StateFeedback
 from rotflex.recording import Channel, Recording
 from rotflex.signals import smooth_square_wave, time_axis
-from rotflex.simulation import Vector
+from rotflex.simulation import DERIVATIVE_CUTOFF
 from rotflex.specifications import AMPLITUDE, FREQUENCY, RATE, SAMPLE_TIME, SETTLING_BAND
-from rotflex.units import DEG
+from rotflex.units import DEG, Vector
 from rotflex.widgets import another_arm
 from rotflex.widgets.arms import Arm, ArmsExplorer
 
@@ -95,7 +95,7 @@ class DesignsExplorer(ArmsExplorer):
                 recording = experiments.follow(bench, trial.controller, trial.reference, trial.sample_time, False)
                 part = recording.between(*self._pushed) if pushed else recording
             except BenchError:
-                kept = bench.recorder.kept
+                kept = bench.recorder.unfinished
                 if kept is None:
                     raise
                 command = Channel(trial.reference[: len(kept)], "rad")

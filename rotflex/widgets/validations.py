@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around, thinned
@@ -19,13 +18,12 @@ from rotflex.hil.controllers import OpenLoop
 from rotflex.identification import channel
 from rotflex.plant import PlantParameters, State, driven
 from rotflex.recording import Channel, Recording
-from rotflex.units import DEG
+from rotflex.units import DEG, Vector
 from rotflex.widgets import another_arm
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
 
-Vector = NDArray[np.float64]
 
 _RANGES = {"K_s": (0.5, 4.0, 0.005), "B_eq": (0.0, 0.05, 0.0005), "B_l": (0.0, 0.01, 0.0001)}
 _ANGLES = ("theta", "alpha")
@@ -76,8 +74,8 @@ def fit_percent(measured: Vector, model: Vector) -> float:
     return 100 * (1 - float(np.linalg.norm(measured - model)) / motion)
 
 
-def alt_text_of(compared: Recording) -> str:
-    """A comparison in words, for somebody who cannot see it."""
+def comparison_alt_text(compared: Recording) -> str:
+    """Describe a comparison in words, for somebody who cannot see it."""
     fits = {name: fit_percent(compared[name], compared[f"{name}_model"]) for name in ("theta", "alpha")}
     return (
         f"Measured and modelled servo angle and deflection over {compared.time[-1] - compared.time[0]:.3g} s. "
@@ -215,7 +213,7 @@ class ValidationExplorer(Explorer):
         ]
         options = {name: text for name, text in _FRICTION.items() if name != "fitted" or self.fitted}
         return Scene(
-            alt=alt_text_of(compared),
+            alt=comparison_alt_text(compared),
             columns=[Column([*panels, residual])],
             controls=[
                 sliders,

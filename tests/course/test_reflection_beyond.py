@@ -19,7 +19,7 @@ from rotflex.course.reflection import beyond
 from solutions.true_bench import TrueBench
 
 NAMES = ("s0", "s5", "s17", "ada", "bob", "s11")
-CHECKS = beyond.checks(srv02())
+CHECKS = beyond.beyond_checks(srv02())
 SEED = 7
 PEN = Pen({})
 prelab(PEN)

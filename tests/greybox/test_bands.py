@@ -9,7 +9,8 @@ import pytest
 from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import IdentificationError
-from rotflex.greybox import Band, bands, fit
+from rotflex.greybox import Band, fit
+from rotflex.greybox import result as results
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.student_benches import scaled, student_bench
 from rotflex.identification import Estimate
@@ -103,13 +104,13 @@ def found(logs, friction, omega_n):
 
 def test_the_spread_of_several_recordings_is_measured_and_of_one_it_is_the_known_one():
     for friction in (0.1, 0.5):  # whatever a single fit says of itself
-        assert bands._spread(found(1, friction, 0.005)) == pytest.approx((1.5, 0.01905, 1.732e-4), rel=1e-3)
+        assert results._spread(found(1, friction, 0.005)) == pytest.approx((1.5, 0.01905, 1.732e-4), rel=1e-3)
     # With 11 logs, Student's t is 2.228. The error of a mean is that of a run divided by sqrt(11).
-    factor, omega_n, _delay = bands._spread(found(11, 2.228 * 0.3 / np.sqrt(11), 2.228 * 0.02 / np.sqrt(11)))
+    factor, omega_n, _delay = results._spread(found(11, 2.228 * 0.3 / np.sqrt(11), 2.228 * 0.02 / np.sqrt(11)))
     assert np.log(factor) / np.sqrt(3) == pytest.approx(np.sqrt((0.234**2 + 10 * 0.3**2) / 11 * 12 / 11), rel=1e-3)
     assert omega_n / np.sqrt(3) == pytest.approx(np.sqrt((0.011**2 + 10 * 0.02**2) / 11 * 12 / 11), rel=1e-3)
     # Two logs that happen to agree do not say that runs are alike.
-    assert bands._spread(found(2, 0.0, 0.0))[0] == pytest.approx(np.exp(np.log(1.5) * np.sqrt(0.75)))
+    assert results._spread(found(2, 0.0, 0.0))[0] == pytest.approx(np.exp(np.log(1.5) * np.sqrt(0.75)))
 
 
 @pytest.fixture(scope="module")
@@ -154,8 +155,8 @@ def test_the_band_is_wider_where_runs_differ_more_and_where_the_fit_leaves_more(
     left = replace(result, predictions=(replace(prediction, rms={"theta": 0.3 * DEG, "alpha": 0.2 * DEG}),))
     wide = left.band(reference, StateFeedback(GAIN), progress=False).half_width
     assert wide["theta"] > 1.96 * 0.3 * DEG and wide["alpha"] > 1.96 * 0.2 * DEG
-    monkeypatch.setattr(bands, "FRICTION", 2.5)
-    monkeypatch.setattr(bands, "OMEGA_N", 0.04)
+    monkeypatch.setattr(results, "FRICTION", 2.5)
+    monkeypatch.setattr(results, "OMEGA_N_SPREAD", 0.04)
     wide = result.band(reference, StateFeedback(GAIN), progress=False).half_width
     assert wide["theta"] > 1.3 * usual["theta"] and wide["alpha"] > 1.3 * usual["alpha"]
 

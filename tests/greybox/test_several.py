@@ -12,7 +12,7 @@ from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.greybox import FREE, fit, leave_one_out
 from rotflex.greybox.problem import rms
 from rotflex.greybox.result import joined_rms
-from rotflex.greybox.solving import Found, Sureness, _fix, _next_to_fix, sureness
+from rotflex.greybox.solving import Optimum, Sureness, _fix, _next_to_fix, sureness
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.loop import run
 from rotflex.hil.student_benches import student_bench
@@ -157,7 +157,7 @@ def test_the_spread_between_recordings_is_the_jackknife_of_fits_without_each():
         refit = np.linalg.lstsq(jacobian[np.ix_(rows, columns)], np.concatenate(measured)[rows], rcond=None)[0]
         without.append(refit[0])
     expected = np.sqrt((count - 1) / count * np.sum((without - np.mean(without)) ** 2))
-    sure = sureness(problem, Found(values, residual, jacobian))
+    sure = sureness(problem, Optimum(values, residual, jacobian))
     assert sure.errors[0] == pytest.approx(expected)
     assert sure.reaches[0] == pytest.approx(3.18245 * expected, rel=1e-5)  # Student's t of 3 degrees of freedom
 
@@ -198,7 +198,7 @@ def test_a_friction_that_the_spread_between_recordings_does_not_tell_from_none_i
     sure = Sureness(
         within, np.array([spread.get(*pair) for pair in zip(names, within, strict=True)]), within, np.eye(6)
     )
-    found = Found(values, np.zeros(1), np.zeros((1, 6)))
+    found = Optimum(values, np.zeros(1), np.zeros((1, 6)))
     assert _next_to_fix(problem, found, sure) == given_up
     if given_up:
         low, high = _fix(given_up, 0.0, problem, found, sure).interval

@@ -195,7 +195,7 @@ def setup(_arguments: list[str]) -> None:
     from rotflex.hil.bench_file import BenchFile
 
     person = miswired.Person(None, moves=False)  # who says yes to all
-    commissioning.STEPS = ((steps.driven, (steps.link,)),)
+    commissioning.STEPS = ((steps.driven_slowly, (steps.link,)),)
     with bench_commands.errors_as_messages():
         commissioning.commission(
             BenchFile(ADDRESS), lambda bench, chosen: hil.open(bench.address, setup=chosen), person

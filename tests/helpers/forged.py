@@ -8,7 +8,7 @@ import numpy as np
 from rotflex import experiments, hil
 from rotflex.config import srv02
 from rotflex.hil.controllers import StateFeedback
-from rotflex.hil.replay import TOLD, VOLTAGE_LIMIT, voltages
+from rotflex.hil.replay import REPORTED, VOLTAGE_LIMIT, voltages
 from rotflex.hil.student_benches import VirtualPlantSpec, student_bench
 from rotflex.recording import Recording
 from rotflex.units import DEG
@@ -75,7 +75,7 @@ def of_another_gain(recording: Recording) -> Recording:
 
 def limited(recording: Recording, volts: float) -> Recording:
     """Of a bench that is said to have cut its voltages to that."""
-    told = {TOLD: {VOLTAGE_LIMIT: volts}}
+    told = {REPORTED: {VOLTAGE_LIMIT: volts}}
     return Recording(recording.time, recording.channels, {**recording.metadata, **told})
 
 

@@ -39,7 +39,7 @@ class Powered:
 
     def bench(self, **setup: Any) -> Bench:
         chosen = {"commissioned": lambda: "", "marked": True, "guarded": False, **setup}
-        bench = real.bench("test", self.connect, Setup(**chosen))
+        bench = real.make_bench("test", self.connect, Setup(**chosen))
         bench.connection.now = self.time.now
         return bench
 

@@ -15,8 +15,8 @@ from rotflex.course import plausible
 from rotflex.course.recordings_folder import bench_of as bench_of_recordings
 from rotflex.errors import BenchError, NotRecorded
 from rotflex.hil import replay
+from rotflex.hil.board import WATCHDOG_TIMEOUT
 from rotflex.hil.controllers import ObserverFeedback, StateFeedback, TwoDegreesOfFreedom
-from rotflex.hil.halt import WATCHDOG_TIMEOUT
 from rotflex.hil.loop import run
 from rotflex.hil.student_benches import REAL_BENCH
 from rotflex.recording import Recording

@@ -14,12 +14,12 @@ from rotflex.hil.bench_file import BenchFile
 
 DRIVER = """
 from rotflex.hil import real
-from rotflex.hil.drivers import BoardKind, choice
+from rotflex.hil.real import BoardKind, choice
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 
 def bench(uri, setup):
-    return real.bench(uri, lambda: VirtualBoard(preset("real_bench").parameters), setup or real.Setup())
+    return real.make_bench(uri, lambda: VirtualBoard(preset("real_bench").parameters), setup or real.Setup())
 
 def kind(address):
     own = {"parts": {"cable_gain": choice(3, 3)}, "board": {"lamp": choice("off", "off", "on")}}

@@ -269,17 +269,17 @@ def test_after_a_fault_the_motor_is_at_0_V_and_nothing_recorded_is_lost(fault, t
         recording = run(bench, controller, REFERENCE, SAMPLE_TIME, progress=False)
     if fault.error is None:
         assert len(recording) == SAMPLES
-        assert bench.recorder.kept is None
+        assert bench.recorder.unfinished is None
         assert not list(tmp_path.iterdir())
     else:
         said = " ".join([str(caught.value), *getattr(caught.value, "__notes__", [])])
         assert caught.value.outcome == bench.safety.outcome and bench.safety.outcome.at_zero is not fault.left
         assert said.startswith("The motor may still be at ") if fault.left else "The motor is at 0 V." in said
-        recording = bench.recorder.kept
+        recording = bench.recorder.unfinished
         assert_kept(recording, fault)
         (file,) = tmp_path.iterdir()
         saved = Recording.load(file)
-        assert file == bench.recorder.kept_in and str(file) in said
+        assert file == bench.recorder.unfinished_file and str(file) in said
         assert saved.metadata == recording.metadata
         for name in ("theta", "alpha", "vm"):
             np.testing.assert_allclose(saved[name], recording[name], rtol=1e-12, atol=1e-15)
@@ -327,12 +327,12 @@ def test_a_run_that_is_whole_is_kept_where_the_stop_in_the_end_fails(verb, tmp_p
         board.before[verb] = failing(SAMPLES, error)
         run(bench, StateFeedback(GAIN), REFERENCE, SAMPLE_TIME, progress=False)
     assert board.voltage == 0.0
-    assert any(str(bench.recorder.kept_in) in note for note in caught.value.__notes__)
+    assert any(str(bench.recorder.unfinished_file) in note for note in caught.value.__notes__)
     for name in ("theta", "alpha", "vm"):
-        assert bench.recorder.kept[name].tolist() == undisturbed_run()[name].tolist()
+        assert bench.recorder.unfinished[name].tolist() == undisturbed_run()[name].tolist()
     (saved,) = map(Recording.load, tmp_path.iterdir())
     assert saved.metadata["ended"].startswith(type(error).__name__)
-    assert saved["vm"].tolist() == bench.recorder.kept["vm"].tolist()
+    assert saved["vm"].tolist() == bench.recorder.unfinished["vm"].tolist()
 
 
 def test_after_a_pause_only_the_newest_sample_is_answered_and_the_others_are_recorded():
@@ -468,7 +468,7 @@ def test_a_wrong_sign_is_stopped_within_a_few_degrees(signs, amplitude):
             run(bench, StateFeedback(GAIN), reference, SAMPLE_TIME, progress=False)
     # Against the command, where servo and motor disagree; with the link alone wrong, hardly beyond the command.
     bound = (6 if motor != servo else amplitude + 2) * DEG
-    assert np.abs(bench.recorder.kept["theta"]).max() < bound
+    assert np.abs(bench.recorder.unfinished["theta"]).max() < bound
     assert board.voltage == 0.0
 
 

@@ -124,7 +124,7 @@ def test_a_run_that_is_broken_off_keeps_the_push():
         bench.on_sample = stop
         with pytest.raises(BenchError, match="enough"):
             experiments.hold(bench, progress=False)
-        assert (bench.recorder.kept[PUSHED][:-1] == 0.1).all() and bench.board.plant.torque == 0.0
+        assert (bench.recorder.unfinished[PUSHED][:-1] == 0.1).all() and bench.board.plant.torque == 0.0
 
 
 def test_what_cannot_be_pushed_says_so(tmp_path):

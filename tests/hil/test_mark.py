@@ -54,8 +54,8 @@ def test_a_run_that_begins_at_170_deg_ends_at_180_and_its_recording_begins_at_0(
     with board.bench() as bench:
         board.turn(170)
         assert 180 <= stopped_at(board, bench) < 182
-        assert bench.recorder.kept["theta"][0] == 0.0
-        assert 10 < bench.recorder.kept["theta"].max() / DEG < 12
+        assert bench.recorder.unfinished["theta"][0] == 0.0
+        assert 10 < bench.recorder.unfinished["theta"].max() / DEG < 12
         board.turn(-20)
         assert -182 < stopped_at(board, bench, -2.0) <= -180
 
@@ -66,7 +66,7 @@ def test_an_arm_that_stands_at_200_deg_is_not_driven(board):
         board.turn(200)
         with pytest.raises(BenchError, match="stands at 200 deg from its mark") as refused:
             run(bench, OpenLoop(), np.full(3000, 2.0), progress=False)
-        assert refused.value.outcome is None and bench.recorder.kept is None
+        assert refused.value.outcome is None and bench.recorder.unfinished is None
         bench.start(0.002)
         bench.read()
         with pytest.raises(BenchError, match="stands at 200 deg from its mark") as refused:
@@ -131,7 +131,7 @@ def test_a_bench_that_was_never_commissioned_has_its_zero_where_this_program_ope
     with board.bench(**setup) as bench:
         with pytest.raises(LimitExceeded, match=r"4[01].* deg at"):
             run(bench, OpenLoop(), np.full(3000, 1.0), progress=False)
-        assert 10 < bench.recorder.kept["theta"].max() / DEG < 12
+        assert 10 < bench.recorder.unfinished["theta"].max() / DEG < 12
     (path,) = (settings / "marks").iterdir()
     path.write_text(path.read_text().replace('"set_by": "', '"set_by": "another'))
     with board.bench(**setup) as bench:

@@ -19,7 +19,7 @@ from labcourse.grading.verdicts import Status
 from rotflex import experiments
 from rotflex.course.recordings_folder import MOST_RECORDINGS, MOST_SAMPLES, RecordingsFolder, evidence
 from rotflex.errors import BenchError, ConfigurationError, NotRecorded
-from rotflex.hil.replay import TOLD
+from rotflex.hil.replay import REPORTED
 from rotflex.recording import Recording
 from solutions import real_benches
 from solutions.real_bench import RealBench
@@ -58,7 +58,7 @@ def content_of(folder, *recordings, spec=OURS) -> dict:
     """What the sandbox gives back of a folder with these recordings, before it is JSON."""
     store = RecordingsFolder(folder)
     for one in recordings:
-        store.keep(one, told(spec) | dict(one.metadata.get(TOLD, {})))
+        store.keep(one, told(spec) | dict(one.metadata.get(REPORTED, {})))
     return evidence(folder)
 
 

@@ -463,7 +463,7 @@ def test_an_arm_that_is_grabbed_begins_to_be_held_swings_and_can_be_played_again
             await asyncio.sleep(0.02)
         live.stop()
         await asyncio.wait_for(live._task, 30)
-        stopped, live_bench = live._bench.recorder.kept, live._bench
+        stopped, live_bench = live._bench.recorder.unfinished, live._bench
         assert live.choice == "hold" and live_bench.board.plant.torque == 0.0
         live.close()
         return stopped

@@ -68,12 +68,12 @@ def test_the_sweep_explorer_shows_why_the_voltage_misleads(lab):
     explorer = SweepExplorer(lab)
     with lab.bench() as bench:
         expected = spectra(experiments.sweep(bench, progress=False))
-    assert explorer.found.peak() == expected.peak()
-    by_position = explorer.found.peak()
+    assert explorer.spectra.peak() == expected.peak()
+    by_position = explorer.spectra.peak()
     change(explorer, "drive", "voltage")
     assert control(explorer, "amplitude")["unit"] == "V" and control(explorer, "amplitude")["value"] == 0.8
-    assert explorer.found.peak() > 1.15 * by_position
-    assert explorer.found.peak("ratio") == pytest.approx(by_position, rel=0.05)
+    assert explorer.spectra.peak() > 1.15 * by_position
+    assert explorer.spectra.peak("ratio") == pytest.approx(by_position, rel=0.05)
 
 
 def test_the_spectrum_and_the_ratio_of_a_known_link():
@@ -90,16 +90,16 @@ def test_the_spectrum_and_the_ratio_of_a_known_link():
 def test_the_stiffness_under_the_cursor_and_its_uncertainty(lab):
     explorer = SweepExplorer(lab)
     explorer.receive({"kind": "moved", "name": "cursor", "x": 3.0, "y": 9.9})
-    found = stiffness_at(3.0, lab.joint.J_l, explorer.found.spacing)
+    found = stiffness_at(3.0, lab.joint.J_l, explorer.spectra.spacing)
     assert found.value == pytest.approx(lab.joint.J_l * (2 * np.pi * 3) ** 2)
     # The slope of K_s(f) times the spread of a frequency that is somewhere in its bin.
-    bins = np.random.default_rng(1).uniform(-0.5, 0.5, 200_000) * explorer.found.spacing
+    bins = np.random.default_rng(1).uniform(-0.5, 0.5, 200_000) * explorer.spectra.spacing
     spread = np.std(lab.joint.J_l * (2 * np.pi * (3.0 + bins)) ** 2)
     assert found.uncertainty == pytest.approx(spread, rel=0.01)
     said = " ".join(readout(explorer, "Stiffness by the cursor")["rows"][-1]["values"])
     assert f"{found.value:.3f} ± {found.uncertainty:.3f}" in said
     press(explorer, "peak")
-    assert explorer.cursor == explorer.found.peak()
+    assert explorer.cursor == explorer.spectra.peak()
 
 
 def test_a_number_that_is_typed_is_held_to_its_sliders_range(lab):

@@ -106,14 +106,14 @@ def test_the_stored_energies_only_flow_and_get_less():
 
 def test_another_arms_loop_follows_command_and_controller(lab):
     explorer = OPENINGS["07"](lab)
-    swings = np.abs(explorer.found.motion["alpha"]).max()
+    swings = np.abs(explorer.loop.motion["alpha"]).max()
     change(explorer, "controller", "soft")
-    assert np.abs(explorer.found.motion["alpha"]).max() < swings
+    assert np.abs(explorer.loop.motion["alpha"]).max() < swings
     change(explorer, "amplitude", 10.0)
-    assert explorer.found.motion.degrees("theta_ref")[[0, -1]] == pytest.approx([-10, 10])
+    assert explorer.loop.motion.degrees("theta_ref")[[0, -1]] == pytest.approx([-10, 10])
     change(explorer, "ramp", 0.4)
-    rising = np.diff(explorer.found.motion["theta_ref"]) > 0
-    assert rising.sum() * explorer.found.motion.sample_time == pytest.approx(0.4, abs=0.005)
+    rising = np.diff(explorer.loop.motion["theta_ref"]) > 0
+    assert rising.sum() * explorer.loop.motion.sample_time == pytest.approx(0.4, abs=0.005)
 
 
 def test_the_rewards_figures_are_those_of_the_responses(worked):

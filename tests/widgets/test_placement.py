@@ -17,7 +17,7 @@ from rotflex.model import state_space
 from rotflex.widgets.placement import (
     BIN,
     COUNT,
-    LONGEST,
+    HORIZON,
     STEP,
     Dominant,
     Region,
@@ -198,6 +198,6 @@ def test_a_pole_on_the_border_swings_on():
     assert found.recording is None
     assert "border of stability" in found.trouble and "no limit of the bench" in found.trouble
     assert found.runaway.stopped is None
-    assert found.runaway.recording.time[-1] == pytest.approx(LONGEST)
+    assert found.runaway.recording.time[-1] == pytest.approx(HORIZON)
     alpha = np.abs(found.runaway.recording["alpha"])
     assert alpha[-500:].max() == pytest.approx(alpha[500:1000].max(), rel=0.05)

@@ -13,7 +13,7 @@ from rotflex.errors import DesignError
 from rotflex.units import DEG
 from rotflex.widgets.placement import COUNT, Dominant, cloud, spread_of
 from rotflex.widgets.pole_views import PLANE
-from rotflex.widgets.poles import OMEGA, REAL, ZETA, PoleExplorer, dragged
+from rotflex.widgets.poles import OMEGA_RANGE, REAL_RANGE, ZETA_RANGE, PoleExplorer, dragged
 
 
 def shown_gain(explorer):
@@ -187,6 +187,6 @@ def test_a_pair_that_comes_to_the_axis_splits_into_two_real_poles_and_comes_toge
 @given(PLACE, PLACE, st.sampled_from(["pair", "partner", "p3", "p4"]), st.sampled_from(["pair", "partner", "p3", "p4"]))
 def test_wherever_poles_are_dragged_they_are_on_the_plane_and_in_range(first, second, one, other):
     found = dragged(dragged(Dominant(), one, *first), other, *second)
-    assert ZETA[0] <= found.zeta <= ZETA[1] and OMEGA[0] <= found.omega_n <= OMEGA[1]
-    assert all(REAL[0] - 1e-6 <= pole.real for pole in found.poles)
+    assert ZETA_RANGE[0] <= found.zeta <= ZETA_RANGE[1] and OMEGA_RANGE[0] <= found.omega_n <= OMEGA_RANGE[1]
+    assert all(REAL_RANGE[0] - 1e-6 <= pole.real for pole in found.poles)
     assert np.abs(np.imag(np.poly(found.poles))).max() < 1e-6

@@ -11,8 +11,7 @@ from rotflex.config import Amplifier, Servo, joint, one_of, srv02
 from rotflex.errors import BenchError
 from rotflex.hil import drivers, real
 from rotflex.hil.bench import Bench
-from rotflex.hil.drivers import BoardKind, choice
-from rotflex.hil.real import Setup
+from rotflex.hil.real import BoardKind, Setup, choice
 from rotflex_serial.board import SerialBoard
 from rotflex_serial.port import open_port
 
@@ -72,7 +71,7 @@ def bench(uri: str, setup: Setup | None = None) -> Bench:
             f"The address {uri!r} says {twice[0]}=, which the bench's own file or setup says as well: leave it out."
         )
     driven = replace(chosen, servo=_driven(chosen.servo, supply))
-    return real.bench(uri, lambda: SerialBoard(open_port(name), supply), driven)
+    return real.make_bench(uri, lambda: SerialBoard(open_port(name), supply), driven)
 
 
 def _setup(uri: str, options: Mapping[str, str]) -> Setup:

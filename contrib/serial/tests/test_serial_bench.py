@@ -192,7 +192,7 @@ def test_the_doctor_tells_what_is_installed_and_a_port_that_is_not_there():
 @needs_simavr
 def test_the_watchdog_expires_when_it_is_left_alone():
     uno = SimulatedUno(PLANT)
-    with real.bench("test", lambda: SerialBoard(SimulatedPort(uno), SUPPLY), Setup()) as bench:
+    with real.make_bench("test", lambda: SerialBoard(SimulatedPort(uno), SUPPLY), Setup()) as bench:
         bench.connection.now = lambda: uno.now
         found = list(checks.CHECKS["watchdog"](bench, BenchFile("usual:board"), 0.0))
     assert [one.level for one in found] == [Level.OK], found
@@ -209,7 +209,7 @@ def test_the_watchdog_is_tested_with_the_motor(works):
     uno = SimulatedUno(PLANT)
     setup = Setup(commissioned=lambda: "", guarded=False, limits=real.CAREFUL)
     kind = SerialBoard if works else Deaf
-    with real.bench("test", lambda: kind(SimulatedPort(uno), SUPPLY), setup) as bench:
+    with real.make_bench("test", lambda: kind(SimulatedPort(uno), SUPPLY), setup) as bench:
         bench.connection.now = lambda: uno.now
         told = BenchFile("serial:/dev/null?supply=12")
         work = steps.Work(told, lambda *_: bench, SimpleNamespace(say=lambda text: None))

@@ -13,8 +13,10 @@ from typing import Any
 from labcourse.answers.reflection import Check
 from rotflex.config import Joint, Servo
 from rotflex.course.questions import CATALOGUE
-from rotflex.course.reflection import beyond, control, modeling
-from rotflex.course.reflection.common import Stored
+from rotflex.course.reflection.beyond import beyond_checks
+from rotflex.course.reflection.common import StoredRecording
+from rotflex.course.reflection.control import control_checks
+from rotflex.course.reflection.modeling import modeling_checks
 
 _SAME_BENCH = ("seed", "preset")  # what tells virtual benches apart
 
@@ -35,11 +37,11 @@ def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int
         if part.kind == "recording"
     ]
     order = {number: place for place, number in enumerate(CATALOGUE.everything)}
-    found = (*recorded, *modeling.checks(servo, joint, probe_seed), *control.checks(servo), *beyond.checks(servo))
+    found = (*recorded, *modeling_checks(servo, joint, probe_seed), *control_checks(servo), *beyond_checks(servo))
     return sorted(found, key=lambda check: order[check.about[0][0]])
 
 
-def _on_another_bench(stored: Stored, *, bench: Mapping[str, Any]) -> str | None:
+def _on_another_bench(stored: StoredRecording, *, bench: Mapping[str, Any]) -> str | None:
     made_on = stored["metadata"].get("bench")
     if isinstance(made_on, Mapping) and any(made_on.get(key) != bench.get(key) for key in _SAME_BENCH):
         return (

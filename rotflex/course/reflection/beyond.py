@@ -11,14 +11,14 @@ from labcourse.answers.reflection import Check
 from rotflex.config import Servo
 from rotflex.course.questions import CATALOGUE
 from rotflex.course.reflection import common, modeling
-from rotflex.course.reflection.common import CARRIED, Array
-from rotflex.course.reflection.control import driven
+from rotflex.course.reflection.common import CARRIED, AnyArray
+from rotflex.course.reflection.control import by_own_voltage_model
 from rotflex.specifications import SAMPLE_TIME
 
 _SLOW = 0.03  # s, sample time of 4.5 and 4.6
 
 
-def checks(servo: Servo) -> list[Check]:
+def beyond_checks(servo: Servo) -> list[Check]:
     """Return the checks of notebook 11.
 
     Parameters
@@ -28,19 +28,19 @@ def checks(servo: Servo) -> list[Check]:
     A, B = ("2.14", "A"), ("2.14", "B")
     Phi, Gamma = ("4.5", "Phi"), ("4.5", "Gamma")
     return [
-        Check((("4.3", "L"), A, B), driven(servo, _fades)),
-        Check((Phi, Gamma, A, B), driven(servo, _held)),
+        Check((("4.3", "L"), A, B), by_own_voltage_model(servo, _fades)),
+        Check((Phi, Gamma, A, B), by_own_voltage_model(servo, _held)),
         Check((("4.6", "K"), Phi, Gamma, ("3.4", "desired_poles")), _placed),
         Check((("4.9", "alpha"), ("4.9", "V_m"), ("2.6", "theta_ddot"), ("2.6", "alpha_ddot")), _flat),
     ]
 
 
-def _fades(L: Array, A: Array, _B: Array) -> str | None:
+def _fades(L: AnyArray, A: AnyArray, _B: AnyArray) -> str | None:
     fades = np.abs(np.linalg.eigvals((np.eye(4) - np.reshape(L, (4, 1)) @ np.eye(1, 4)) @ expm(A * SAMPLE_TIME))) < 1
     return None if fades.all() else "With your own model (2.14), (I − L·C)·Phi is unstable. Which sign or unit has L?"
 
 
-def _held(Phi: Array, Gamma: Array, A: Array, _B: Array) -> str | None:
+def _held(Phi: AnyArray, Gamma: AnyArray, A: AnyArray, _B: AnyArray) -> str | None:
     new, units = np.ravel(Gamma), np.outer([1, 1, _SLOW, _SLOW], [1, 1, 1 / _SLOW, 1 / _SLOW])
     if not common.alike([*Phi[4], new[4]], [0, 0, 0, 0, 0, 1], 0.0, 1e-6):
         return "The fifth state is the last voltage. What is it one sample later? Do your last rows say that?"
@@ -50,7 +50,7 @@ def _held(Phi: Array, Gamma: Array, A: Array, _B: Array) -> str | None:
     return None if newest else "By your numbers, the old voltage does more than the new one. Which acts for longer?"
 
 
-def _placed(K: Array, Phi: Array, Gamma: Array, desired: Array) -> str | None:
+def _placed(K: AnyArray, Phi: AnyArray, Gamma: AnyArray, desired: AnyArray) -> str | None:
     poles = np.round(np.linalg.eigvals(Phi - np.reshape(Gamma, (5, 1)) @ np.reshape(K, (1, 5))), 4) + 0
     placed = common.alike(np.poly(poles), np.poly([*np.exp(np.ravel(desired) * _SLOW), 0]), 0.0, common.BUILT)
     return None if placed else f"Your own Phi − Gamma·K has poles at {common.listed(poles)}. Where should they be in z?"

@@ -21,8 +21,8 @@ from rotflex.identification import SWEEP_BAND
 from rotflex.recording import UNITS, Recording
 from rotflex.units import HZ
 
-Array = NDArray[Any]
-Stored = Mapping[str, Any]  # a recording as the answers have it
+AnyArray = NDArray[Any]
+StoredRecording = Mapping[str, Any]  # a recording as the answers have it
 
 CARRIED = 0.06  #: relative: a number that is repeated, perhaps with two digits
 BUILT = 0.12  #: relative: a number that follows from others of two digits, one of them squared
@@ -35,15 +35,15 @@ def hertz(omega: float) -> str:
     return f"{omega / HZ:.3g} Hz"
 
 
-def alike(one: ArrayLike, other: ArrayLike, rtol: float, atol: float = 0.0) -> bool:
+def alike(first: ArrayLike, second: ArrayLike, rtol: float, atol: float = 0.0) -> bool:
     """Whether two numbers or arrays are the same, entry by entry; of 0 only ``atol`` is near."""
-    a, b = np.ravel(one), np.ravel(other)
+    a, b = np.ravel(first), np.ravel(second)
     return a.shape == b.shape and bool(np.all(np.abs(a - b) <= atol + rtol * np.maximum(np.abs(a), np.abs(b))))
 
 
-def same_polynomial(one: ArrayLike, other: ArrayLike, rtol: float = CARRIED) -> bool:
+def same_polynomial(first: ArrayLike, second: ArrayLike, rtol: float = CARRIED) -> bool:
     """Whether two polynomials, highest power first and 1, have the same coefficients."""
-    a, b = np.ravel(np.real(one)), np.ravel(np.real(other))
+    a, b = np.ravel(np.real(first)), np.ravel(np.real(second))
     if a.shape != b.shape:
         return False
     fastest = max(1.0, float(np.abs(np.roots(b)).max(initial=0.0)))
@@ -51,9 +51,9 @@ def same_polynomial(one: ArrayLike, other: ArrayLike, rtol: float = CARRIED) -> 
     return bool(np.all(np.abs(a - b) <= room))
 
 
-def same_poles(one: ArrayLike, other: ArrayLike, rtol: float = CARRIED) -> bool:
+def same_poles(first: ArrayLike, second: ArrayLike, rtol: float = CARRIED) -> bool:
     """Whether two sets of poles are the same, each within a part of the fastest one of the second."""
-    left, right = list(np.ravel(one)), list(np.ravel(other))
+    left, right = list(np.ravel(first)), list(np.ravel(second))
     room = rtol * max(np.abs(right).max(), 1e-9)
     for pole in right:
         nearest = min(left, key=lambda candidate: abs(candidate - pole), default=None)
@@ -72,34 +72,34 @@ def listed(poles: ArrayLike) -> str:
 # --- stored recordings ------------------------------------------------------------------------------------------------
 
 
-def channel(stored: Stored, name: str) -> Array:
-    """The stored points of a channel.
+def stored_channel(stored: StoredRecording, name: str) -> AnyArray:
+    """Return the stored points of a channel.
 
     Raises
     ------
     LookupError
         If it was not recorded.
     """
-    found: Array = stored["channels"][name]["values"]
-    return found
+    points: AnyArray = stored["channels"][name]["values"]
+    return points
 
 
-def recording(stored: Stored) -> Recording:
-    """A stored recording as one of fewer samples."""
+def stored_recording(stored: StoredRecording) -> Recording:
+    """Turn a stored recording into a Recording of fewer samples."""
     time = stored["sample_time"] * thin_indices(stored)
     step = float(time[-1]) / (time.size - 1)
     channels = {name: one["values"] for name, one in stored["channels"].items() if name in UNITS}
     return Recording.of(step * np.arange(time.size), dict(stored["metadata"]), **channels)
 
 
-def thin_indices(stored: Stored) -> Array:
+def thin_indices(stored: StoredRecording) -> AnyArray:
     """Which samples were stored."""
     return thin(stored["n"], next(iter(stored["channels"].values()))["values"].size)
 
 
-def sweep_spectrum(stored: Stored) -> tuple[Array, Array]:
+def sweep_spectrum(stored: StoredRecording) -> tuple[AnyArray, AnyArray]:
     """Frequencies (rad/s) that the sweep goes through, and the amplitude of alpha there, of the largest."""
-    alpha = channel(stored, "alpha")
+    alpha = stored_channel(stored, "alpha")
     dt = stored["sample_time"] * (stored["n"] - 1) / (alpha.size - 1)
     f = np.fft.rfftfreq(_ZEROS * alpha.size, dt)
     amplitude = np.abs(np.fft.rfft(alpha - alpha.mean(), _ZEROS * alpha.size))

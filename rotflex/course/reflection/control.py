@@ -19,14 +19,14 @@ from rotflex.config import Servo
 from rotflex.course.questions import CATALOGUE
 from rotflex.course.reflection.common import (
     CARRIED,
-    Array,
-    Stored,
+    AnyArray,
+    StoredRecording,
     alike,
-    channel,
     listed,
-    recording,
     same_poles,
     same_polynomial,
+    stored_channel,
+    stored_recording,
     thin_indices,
 )
 from rotflex.course.spare_design import runs_away
@@ -70,12 +70,12 @@ _QUANTITIES = {
 _BANDS = (SETTLING_BAND, 0.75 * SETTLING_BAND, 1.25 * SETTLING_BAND)
 
 
-def driven(servo: Servo, ask: Callable[..., str | None]) -> Callable[..., str | None]:
+def by_own_voltage_model(servo: Servo, ask: Callable[..., str | None]) -> Callable[..., str | None]:
     """Put the own model, voltage as input, in place of the last two answers, A and B."""
     return lambda *own: ask(*own[:-2], *with_actuator(own[-2], own[-1], servo))
 
 
-def checks(servo: Servo) -> list[Check]:
+def control_checks(servo: Servo) -> list[Check]:
     """Return the checks of the design, the responses and the tables.
 
     Parameters
@@ -89,10 +89,10 @@ def checks(servo: Servo) -> list[Check]:
         Check((wanted,), _as_asked),
         Check((desired, wanted), partial(_polynomial, number="3.4")),
         Check((("3.5", "K_c"), ("3.3", "A_c"), ("3.3", "B_c"), desired), _companion_gain),
-        Check((("3.7", "W"), *given), driven(servo, _transforms)),
-        Check((K, wanted, *given), driven(servo, _gain)),
-        Check((("3.10", "K"), wanted, *given), driven(servo, _gain)),
-        Check((("3.11", "response"), K, *given), driven(servo, _simulated)),
+        Check((("3.7", "W"), *given), by_own_voltage_model(servo, _transforms)),
+        Check((K, wanted, *given), by_own_voltage_model(servo, _gain)),
+        Check((("3.10", "K"), wanted, *given), by_own_voltage_model(servo, _gain)),
+        Check((("3.11", "response"), K, *given), by_own_voltage_model(servo, _simulated)),
     ]
     measured = [
         Check(((measured, name), (recorded, "response")), partial(_quantity, CATALOGUE.find(measured).part(name)))
@@ -112,7 +112,7 @@ def checks(servo: Servo) -> list[Check]:
 # --- poles and polynomials --------------------------------------------------------------------------------------------
 
 
-def _polynomial(own: Array, poles: Array, *, number: str) -> str | None:
+def _polynomial(own: AnyArray, poles: AnyArray, *, number: str) -> str | None:
     if same_polynomial(own, np.poly(np.ravel(poles))):
         return None
     if same_polynomial(np.ravel(own)[::-1], np.poly(np.ravel(poles))):
@@ -123,7 +123,7 @@ def _polynomial(own: Array, poles: Array, *, number: str) -> str | None:
     )
 
 
-def _as_asked(poles: Array) -> str | None:
+def _as_asked(poles: AnyArray) -> str | None:
     """Ask about poles that grow, or a pair without the damping ratio and the frequency that the task names."""
     if np.real(poles).max() >= 0:
         return "Not all of your desired poles have negative real parts. What does such a pole do to the response?"
@@ -143,7 +143,7 @@ def _as_asked(poles: Array) -> str | None:
 # --- the companion form -----------------------------------------------------------------------------------------------
 
 
-def _companion_gain(K_c: Array, A_c: Array, B_c: Array, desired: Array) -> str | None:
+def _companion_gain(K_c: AnyArray, A_c: AnyArray, B_c: AnyArray, desired: AnyArray) -> str | None:
     closed = np.poly(A_c - np.reshape(B_c, (4, 1)) @ np.reshape(K_c, (1, 4)))
     if same_polynomial(closed, np.ravel(desired)):
         return None
@@ -153,7 +153,7 @@ def _companion_gain(K_c: Array, A_c: Array, B_c: Array, desired: Array) -> str |
     )
 
 
-def _transforms(W: Array, A: Array, B: Array) -> str | None:
+def _transforms(W: AnyArray, A: AnyArray, B: AnyArray) -> str | None:
     """Ask where W does not carry the own model to the companion form of its polynomial: A W = W A_c, B = W B_c."""
     A_c = np.eye(4, k=1)
     A_c[3] = -np.poly(A).real[:0:-1]
@@ -172,7 +172,7 @@ def _transforms(W: Array, A: Array, B: Array) -> str | None:
 # --- the gain ---------------------------------------------------------------------------------------------------------
 
 
-def _gain(K: Array, desired: Array, A: Array, B: Array) -> str | None:
+def _gain(K: AnyArray, desired: AnyArray, A: AnyArray, B: AnyArray) -> str | None:
     K = np.reshape(K, (1, 4))
     closed = A - B @ K
     if same_polynomial(np.poly(closed), np.poly(np.ravel(desired)), _PLACED):
@@ -186,7 +186,7 @@ def _gain(K: Array, desired: Array, A: Array, B: Array) -> str | None:
 # --- recordings -------------------------------------------------------------------------------------------------------
 
 
-def _simulated(stored: Stored, K: Array, A: Array, B: Array) -> str | None:
+def _simulated(stored: StoredRecording, K: AnyArray, A: AnyArray, B: AnyArray) -> str | None:
     """Ask about a simulation of another model or gain. Where the own ones run away, another gain stands in for them."""
     if runs_away(A, B, K):
         return None
@@ -194,13 +194,13 @@ def _simulated(stored: Stored, K: Array, A: Array, B: Array) -> str | None:
     step, places = 2 * AMPLITUDE, thin_indices(stored)
     if stored["n"] != command.size:
         return None
-    if np.abs(command[places] - channel(stored, "theta_ref")).max() > _OTHER_COMMAND * step:
+    if np.abs(command[places] - stored_channel(stored, "theta_ref")).max() > _OTHER_COMMAND * step:
         return None
     try:
         own = closed_loop(A, B, K, command, saturation=None)["theta"][places]
     except RotflexError:
         return None
-    if np.abs(own - channel(stored, "theta")).max() <= _OTHER_LOOP * step:
+    if np.abs(own - stored_channel(stored, "theta")).max() <= _OTHER_LOOP * step:
         return None
     return (
         "With this command, your own A, B (2.14, motor voltage as input) and K (3.8) give another theta. Did you "
@@ -208,9 +208,9 @@ def _simulated(stored: Stored, K: Array, A: Array, B: Array) -> str | None:
     )
 
 
-def _quantity(part: Part, given: float, stored: Stored) -> str | None:
+def _quantity(part: Part, given: float, stored: StoredRecording) -> str | None:
     key, unit, (low, high), room, question = _QUANTITIES[part.name]
-    seen = recording(stored)
+    seen = stored_recording(stored)
     values = [getattr(response.worst(response.measure(seen, band)), key) for band in _BANDS]
     if None in values or not all(map(math.isfinite, values)):
         return None
@@ -223,7 +223,7 @@ def _quantity(part: Part, given: float, stored: Stored) -> str | None:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _repeats(part: Part, entry: Array, source: Array) -> str | None:
+def _repeats(part: Part, entry: AnyArray, source: AnyArray) -> str | None:
     if part.kind == "poles":
         same = same_poles(entry, source)
     else:

@@ -19,8 +19,8 @@ from rotflex.course.probes import PLANT_PARAMETERS
 from rotflex.course.reflection.common import (
     BUILT,
     CARRIED,
-    Array,
-    Stored,
+    AnyArray,
+    StoredRecording,
     alike,
     hertz,
     listed,
@@ -41,7 +41,7 @@ _RINGS = 0.1  # relative, of omega_n: K_s and omega_n of two digits are 6 % apar
 _EXACT = 1e-3  # relative: outputs are stored to six digits, and a third may be 0.333
 
 
-def checks(servo: Servo, joint: Joint, probe_seed: int) -> tuple[Check, ...]:
+def modeling_checks(servo: Servo, joint: Joint, probe_seed: int) -> tuple[Check, ...]:
     """Return the checks of derivation, stiffness and model.
 
     Parameters
@@ -95,7 +95,7 @@ def value_at(expression: Any, point: Point) -> float:
     return found.real
 
 
-def _matrix_at(matrix: Any, point: Point) -> Array:
+def _matrix_at(matrix: Any, point: Point) -> AnyArray:
     """Return the numbers of a matrix of expressions at a point."""
     rows, columns = matrix.shape
     return np.array([[value_at(matrix[i, j], point) for j in range(columns)] for i in range(rows)])
@@ -131,7 +131,7 @@ def _solve(theta_ddot: Any, alpha_ddot: Any, servo: Any, link: Any) -> str | Non
 # --- what is measured -------------------------------------------------------------------------------------------------
 
 
-def _peak(omega_n: float, sweep: Stored) -> str | None:
+def _peak(omega_n: float, sweep: StoredRecording) -> str | None:
     omega, amplitude = sweep_spectrum(sweep)
     if abs(omega_n / omega[np.argmax(amplitude)] - 1) <= _ELSEWHERE:
         return None
@@ -165,7 +165,7 @@ def _stiffness(K_s: float, J_l: float, omega_n: float) -> str | None:
 # --- the model in code and in numbers ---------------------------------------------------------------------------------
 
 
-def _code(outputs: list[tuple[Array, ...]], A: Any, B: Any, *, probe_seed: int) -> str | None:
+def _code(outputs: list[tuple[AnyArray, ...]], A: Any, B: Any, *, probe_seed: int) -> str | None:
     differing: dict[str, set[int]] = {"A": set(), "B": set()}
     for (code_A, code_B, *_more), parameters in zip(outputs, PLANT_PARAMETERS.inputs(probe_seed), strict=True):
         point = dict(zip(("K_s", "J_l", "J_eq", "B_eq"), parameters, strict=True))
@@ -182,13 +182,13 @@ def _code(outputs: list[tuple[Array, ...]], A: Any, B: Any, *, probe_seed: int) 
     )
 
 
-def _rows(one: Array, other: Array, rtol: float) -> list[int]:
+def _rows(one: AnyArray, other: AnyArray, rtol: float) -> list[int]:
     """Return the rows (from 1) in which two matrices differ; small entries are held to the row's largest."""
     a, b = np.reshape(one, (4, -1)), np.reshape(other, (4, -1))
     return [row + 1 for row in range(4) if not alike(a[row], b[row], rtol, 1e-3 * max(np.abs(b[row]).max(), 1e-3))]
 
 
-def _numbers(matrix: Array, symbols: Any, K_s: float, J_l: float, *, servo: Servo) -> str | None:
+def _numbers(matrix: AnyArray, symbols: Any, K_s: float, J_l: float, *, servo: Servo) -> str | None:
     own = _matrix_at(symbols, {"K_s": K_s, "J_l": J_l, "J_eq": servo.J_eq, "B_eq": servo.B_eq})
     rows = _rows(matrix, own, BUILT)
     if not rows:
@@ -199,7 +199,7 @@ def _numbers(matrix: Array, symbols: Any, K_s: float, J_l: float, *, servo: Serv
     )
 
 
-def _rings(A: Array, B: Array, omega_n: float) -> str | None:
+def _rings(A: AnyArray, B: AnyArray, omega_n: float) -> str | None:
     """Ask about a model in which the arm, with the servo held, does not swing as fast as the student has measured."""
     b = np.ravel(B)
     square = -(A[3, 1] - b[3] / b[2] * A[2, 1])
@@ -216,7 +216,7 @@ def _rings(A: Array, B: Array, omega_n: float) -> str | None:
     )
 
 
-def _open_loop(poles: Array, A: Array, B: Array, *, servo: Servo) -> str | None:
+def _open_loop(poles: AnyArray, A: AnyArray, B: AnyArray, *, servo: Servo) -> str | None:
     if same_poles(poles, np.linalg.eigvals(with_actuator(A, B, servo)[0])):
         return None
     if same_poles(poles, np.linalg.eigvals(A)):
