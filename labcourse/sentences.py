@@ -78,8 +78,8 @@ _FORMATTER = _Formatter()
 def _said(value: Any) -> str:
     """Say a parameter: another problem, or several things."""
     if isinstance(value, list | tuple):
-        joint = " " if any(isinstance(one, Problem) for one in value) else ", "
-        return joint.join(map(_said, value))
+        separator = " " if any(isinstance(one, Problem) for one in value) else ", "
+        return separator.join(map(_said, value))
     return sentence(value) if isinstance(value, Problem) else str(value)
 
 

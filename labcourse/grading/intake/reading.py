@@ -367,10 +367,11 @@ class _Reader:
         sizes = [(PurePosixPath(name), self._piece.files[beside[name]].size) for name in beside if name not in folders]
         paths, notes = own_files.choose(sizes, [*self.wanted, *report_files.made_files(self.reports)], self.packages)
         self.contents.notes += notes
+        no_report = self.reports and not {item.name for item in self.contents.items} & {*self.reports}
         for name in map(str, paths):
             try:  # by their sizes, they are few enough together
                 self._add(name, self._read(beside[name], own_files.MAX_FILE))
-                if self.reports and "/" not in name and name.casefold().endswith(report_files.PDF):
+                if no_report and "/" not in name and name.casefold().endswith(report_files.PDF):
                     self.contents.notes.append(Problem.of(Code.OTHER_PDF, name))
             except Unreadable as error:
                 self.contents.notes.append(Problem.of(Code.OWN_FILE_REFUSED, name, why=error.problem))
