@@ -321,11 +321,11 @@ class Problem:
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> Problem:
         """Read a stored problem; one with an unknown code is :data:`Code.UNKNOWN`."""
-        known = {code.value for code in Code}
-        code = Code(content["code"]) if content.get("code") in known else Code.UNKNOWN
         values = {name: value for name, value in content.items() if name not in ("code", "where")}
-        if code is Code.UNKNOWN and "named" not in values:
-            values["named"] = str(content.get("code", ""))[:LONGEST]
+        named = str(content.get("code", ""))
+        code = next((code for code in Code if code.value == named), Code.UNKNOWN)
+        if named != code.value:
+            values["named"] = named[:LONGEST] or "?"
         return cls(code, str(content.get("where", "")), {name: from_json(value) for name, value in values.items()})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import string
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from labcourse import messages, program
@@ -71,6 +71,13 @@ class _Formatter(string.Formatter):
             return _said(value)
         return f"{value / 1e6:.3g} MB" if format_spec == "MB" else format(value, format_spec)
 
+    def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+        """Return a parameter, or a part of it; "" if it is not there, as in a problem of another version."""
+        try:
+            return super().get_field(field_name, args, kwargs)
+        except (LookupError, AttributeError, TypeError):
+            return "", field_name
+
 
 _FORMATTER = _Formatter()
 
@@ -131,7 +138,7 @@ def _after_others(text: str) -> Callable[[Problem], str]:
 
 def _stopped(problem: Problem) -> str:
     """Say that a cell stopped, why, and which questions build on it."""
-    others = problem.parameters.get("building", [])
+    others = [one.replace("{", "{{").replace("}", "}}") for one in problem.parameters.get("building", [])]
     if not others:
         return "{cell_name} stopped: {why!b}."
     if len(others) > _MOST_QUESTIONS + 1:
@@ -397,7 +404,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.RESULT_UNREAD: "{where} cannot be read: {error!b}.",
     Code.GRADING_FAILED: "Grading failed, which is not the student's fault: {error}",
     Code.EARLIER_MARKS_STAY: ("Grading failed, which is not the student's fault: {error!b}. The earlier marks stay."),
-    Code.UNKNOWN: "It could not be graded: this version does not know what {named!q} means.",
+    Code.UNKNOWN: "This version does not know what {named!q} means.",
     # cells that stopped, and what it cost
     Code.CELL_STOPPED: _stopped,
     Code.STOPPED_WITHOUT_COST: "{cell_name} stopped: {why!b}; no answer is missing for it.",

@@ -12,7 +12,7 @@ from labcourse.errors import GradingError
 from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed, State, find, of_course, works
 from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, StudentRecord
-from labcourse.grading.graded_run import FAILED, Facts
+from labcourse.grading.graded_run import Facts
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 from labcourse.problems import Code, Problem
 
@@ -29,9 +29,8 @@ def course(*named, **settings):
     return replace(OURS, settings=CourseSettings(assignments=named, **settings))
 
 
-def handed(*marks, received=CAME, cells=(), key="k", excuses=None):
-    record = graded("ada", *marks, cells=cells)
-    run = replace(record, run=replace(record.run, key=key))
+def handed(*marks, received=CAME, cells=(), problems=(), excuses=None):
+    run = graded("ada", *marks, cells=cells, problems=problems)
     return Handed(ADA, run.marks, received, run, excuses or {})
 
 
@@ -47,6 +46,7 @@ RIGHT, MISSING = mark(), MarkRecord("2.11", "omega_n", "missing", 0.0, 2.0, "")
 WAITS = MarkRecord("2.11", "explanation", "for a person", 0.0, 1.0, "")
 FAULT = MarkRecord("2.11", "omega_n", "not marked: key fault", 0.0, 2.0, "")
 UNTOUCHED = Facts(untouched=(SECOND,)).as_json()
+FAILED = Problem.of(Code.GRADING_FAILED, error="OSError: the disk is full")
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ UNTOUCHED = Facts(untouched=(SECOND,)).as_json()
         (handed(RIGHT, received={}), "marked", "marked"),  # an answer is there, though no file is stored
         (handed(RIGHT, WAITS), "waits for a person", "waits for a person"),
         (handed(FAULT), "could not be graded", "could not be graded"),
-        (handed(RIGHT, key=f"{FAILED}x"), "could not be graded", "could not be graded"),
+        (handed(RIGHT, problems=(FAILED,)), "could not be graded", "could not be graded"),
     ],
 )
 def test_each_state_before_and_after_the_deadline(what, before, after):

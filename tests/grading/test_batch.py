@@ -41,7 +41,7 @@ def test_a_bench_that_answers_claim_to_come_from_is_reported_and_changes_no_mark
     assert fake_class.grade(probe_seed=7) == {"ada": 2, "bob": 0}
     with fake_class.book() as book:
         (problem,) = book.current("bob").run.problems
-        assert "come from another bench" in problem and "quanser:q2_usb/0" in problem
+        assert problem.code is Code.ANSWERS_OF_ANOTHER_BENCH and "quanser:q2_usb/0" in problem.parameters["bench"]
         assert book.current("ada").run.problems == ()
         statuses = {mark.part: mark.status for mark in book.current("bob").marks}
         assert statuses["omega_n"] == "wrong"
@@ -51,10 +51,11 @@ def test_a_failed_run_replaces_a_mark_and_who_hands_in_the_earlier_version_again
     fake_class.hand_in("ada", source="first")
     assert fake_class.grade() == {"ada": 2}
     fake_class.hand_in("ada", source="second")
-    fake_class.leaves["ada"] = runner.Run(None, ("The run was stopped.",))
+    ended = (Problem.of(Code.RUN_TIMED_OUT, seconds=600),)
+    fake_class.leaves["ada"] = runner.Run(None, ended)
     assert fake_class.grade() == {"ada": 0}
     with fake_class.book() as book:
-        assert book.current("ada").run.problems == ("The run was stopped.",)
+        assert book.current("ada").run.problems == ended
     fake_class.hand_in("ada", source="first")
     assert fake_class.grade() == {"ada": 2}
     assert fake_class.runs == ["ada", "ada"]
@@ -201,22 +202,24 @@ def reports(*lines):
 
 def test_what_ended_a_run_is_said_once_where_the_cell_is_known_and_else_of_the_run(fake_class):
     fake_class.hand_in("ada", "bob")
-    problem = "A cell took longer than 60 s and was stopped."
+    problem = Problem.of(Code.CELL_TIMED_OUT, seconds=60)
     error = {"type": "KeyboardInterrupt", "message": "", "line": 1}
     stopped = reports({"event": "started", "cell": "q1"}, {"event": "ended", "cell": "q1", "error": error})
     fake_class.leaves |= {"ada": runner.Run(None, (problem,), stopped), "bob": runner.Run(None, (problem,))}
     fake_class.grade()
     with fake_class.book() as book:
         (cell,) = book.current("ada").run.problems
-        assert cell.startswith("2.11 stopped: it took longer than 60 s and was stopped, line 1")
+        assert (cell.code, cell.parameters["cell"], cell.parameters["question"]) == (Code.CELL_STOPPED, "q1", "2.11")
+        assert cell.parameters["why"] == Problem.of(Code.TOOK_TOO_LONG, seconds=60, line=1)
         assert book.current("bob").run.problems == (problem,)
         assert facts_of(book.current("ada").run).ended == (problem,)
 
 
 @pytest.mark.parametrize(
-    ("there", "reason"), [("", "was not handed in"), ("no notebook", "could not be read"), ('{"cells": []}', "")]
+    ("there", "code"),
+    [("", Code.NOTEBOOK_OF_IT_ABSENT), ("no notebook", Code.NOTEBOOK_OF_IT_UNREAD), ('{"cells": []}', None)],
 )
-def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_class, there, reason):
+def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_class, there, code):
     name = "02_finding_stiffness.ipynb"
     fake_class.made = replace(fake_class.made, pristine={**fake_class.made.pristine, name: {"cells": []}})
     fake_class.hand_in("ada")
@@ -227,5 +230,5 @@ def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_cl
     with fake_class.book() as book:
         graded = book.current("ada")
     reasons = {mark.reason for mark in graded.marks if mark.question == "2.11"}
-    assert reasons == {f"Its notebook, {name}, {reason}."} if reason else not any(name in one for one in reasons)
+    assert reasons == {Problem.of(code, name)} if code else not any(name in str(one) for one in reasons)
     assert has(Code.NOT_HANDED_IN, graded.run.notes, name) is (there == "")

@@ -14,7 +14,7 @@ from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecor
 from labcourse.grading.intake import Doubt, find, platforms
 from labcourse.grading.reports import intake_table
 from labcourse.grading.verdicts import UNDECIDED, Status
-from labcourse.problems import Code, Problem
+from labcourse.problems import Code, Problem, has
 from labcourse.sentences import sentence
 
 CELL = {"id": "q1", "cell_type": "code", "metadata": {}}
@@ -166,7 +166,9 @@ def test_a_partner_whom_only_a_course_file_names_waits_for_a_person(fake_class, 
         assert {mark.status for mark in book.current("bob").marks} <= {*UNDECIDED}
         work = works(fake_class.course, Handed(StudentRecord("bob"), book.current("bob").marks))
         assert State.WAITS in {one.state for one in work.values()}
-        assert book.current("bob").run.problems and book.current("ada").run.problems
+        assert {mark.reason for mark in waits} == {Problem.of(Code.PARTNER_NOT_CONFIRMED)}
+        assert Problem.of(Code.CONFIRMATION_NEEDED, names=["ada"]) in book.current("bob").run.problems
+        assert has(Code.PARTNERS_UNCONFIRMED, book.current("ada").run.problems)
     found = find(fake_class.folder / "in", [StudentRecord("ada"), StudentRecord("bob")])
     (row,) = [row for row in found.doubts if row.about == "partner"]
     fake_class.grade(decisions={row.key: decision})

@@ -10,16 +10,16 @@ from fake_class import perfect
 from made_courses import loaded
 from packings import NOTEBOOKS, WANTED, lay, work
 
-from labcourse.grading import batch, intake, platforms
+from labcourse.grading import batch, intake, overview, platforms
 from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook, StudentRecord
-from labcourse.grading.graded_run import key_faults
+from labcourse.grading.graded_run import is_failed, key_faults
 from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import changes_since
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import Result
 from labcourse.grading.running import runner, supplied
-from labcourse.problems import Code, has
+from labcourse.problems import Code, Problem, has
 
 FAULTY = """
 from labcourse.grading.marking.checks import ForAPerson, Number
@@ -46,9 +46,11 @@ def test_a_fault_of_the_key_costs_its_part_and_no_other(fake_class):
         found = marks(book, "ada")
         assert found["2.11 omega_n"].status == "not marked: key fault"
         assert (found["2.11 explanation"].points, found["2.11 explanation"].status) == (1.0, "given by a person")
+        assert found["2.11 omega_n"].reason == Problem.of(Code.KEY_HAS_FAULT)
         (problem,) = book.current("ada").run.problems
-        assert problem.startswith("2.11, omega_n is not marked: the key failed. AttributeError")
-        assert "key.py, line 5" in problem
+        assert key_faults(book.current("ada")) == {("2.11", "omega_n"): problem}
+        error = problem.parameters["error"]
+        assert problem.code is Code.KEY_FAILED and error.startswith("AttributeError") and "key.py, line 5" in error
     fake_class.key(1.0)  # mended
     fake_class.grade()
     with fake_class.book() as book:
@@ -65,7 +67,8 @@ def test_where_grading_fails_what_was_there_stays(fake_class, monkeypatch):
     fake_class.leaves["ada"] = OSError("the disk is full")
     assert fake_class.grade() == {"ada": 2}
     with fake_class.book() as book:
-        assert book.current("ada").run.problems[0].endswith("the disk is full. The earlier marks stay.")
+        stays = Problem.of(Code.EARLIER_MARKS_STAY, error="OSError: the disk is full")
+        assert book.current("ada").run.problems == (stays,)
     del fake_class.leaves["ada"]
     assert fake_class.grade() == {"ada": 2}
     with fake_class.book() as book:
@@ -80,8 +83,8 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
     fake_class.grade()
     with fake_class.book() as book:
         current = book.current("ada")
-        (problem,) = current.run.problems
-        assert "Not graded" in problem and "the disk is full" in problem
+        assert current.run.problems == (Problem.of(Code.GRADING_FAILED, error="OSError: the disk is full"),)
+        assert {mark.reason for mark in current.marks} == {Problem.of(Code.NOT_GRADED)} and is_failed(current.run)
         Reports(tmp_path / "out", fake_class.course, book).write_all()
         result = Result(current, StudentRecord("ada"))
         with live_report.Screen(1, [], []) as screen:
@@ -95,7 +98,7 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
         assert given.share is None and "not graded" in given.remark
         assert not key_faults(current)
         (row,) = csv.DictReader((tmp_path / "out" / "grades.csv").read_text().splitlines())
-        assert row["total"] == row["2.11"] == "" and row["notes"].startswith("Not graded")
+        assert row["total"] == row["2.11"] == "" and row["notes"].startswith("Grading failed")
         page = (tmp_path / "out" / "ada" / "feedback.html").read_text()
         assert "Not graded yet" in page and "0 of" not in page
         marks = json.loads((tmp_path / "out" / "ada" / "marks.json").read_text())
@@ -150,28 +153,28 @@ def claim(student, **cells):
 
 
 @pytest.mark.parametrize(
-    ("cell", "why", "words"),
+    ("cell", "why", "lost"),
     [
-        ("", "", "no cell is known that did it"),
-        ("gone", "", "the cell that did it, gone, is not among those of a.ipynb that were run"),
-        ("q1-answer", "", "a.ipynb, run from top to bottom, leaves it empty"),
-        ("q1-answer", None, "nothing is left of it after a.ipynb was run"),
+        ("", "", Problem.of(Code.NO_CELL_KNOWN, "a.ipynb")),
+        ("gone", "", Problem.of(Code.CELL_NOT_AMONG, "a.ipynb", cell="gone")),
+        ("q1-answer", "", Problem.of(Code.RUN_LEAVES_EMPTY, "a.ipynb")),
+        ("q1-answer", None, Problem.of(Code.NOTHING_LEFT, "a.ipynb")),
     ],
 )
-def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fake_class, cell, why, words):
+def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fake_class, cell, why, lost):
     fake_class.hand_in("ada")
     (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("ada", omega_n=cell))
     refused = {"event": "refused", "notebook": "a.ipynb", "question": "2.11", "part": "omega_n", "why": why}
     fake_class.leaves["ada"] = runner.Run(None, reports=b"" if why is None else json.dumps(refused).encode())
     fake_class.grade()
     with fake_class.book() as book:
-        (problem,) = book.current("ada").run.problems
-        assert problem.startswith("Recorded at home and missing here: 2.11 omega_n; ") and words in problem
-        assert words in marks(book, "ada")["2.11 omega_n"].reason
+        said = Problem.of(Code.RECORDED_AT_HOME, parts=["2.11 omega_n"], why=lost)
+        assert book.current("ada").run.problems == (said,)
+        assert marks(book, "ada")["2.11 omega_n"].reason == Problem.of(Code.MISSING_HERE, why=lost)
         assert book.current("ada").run.claim == {"2.11": {"omega_n": cell}}
 
 
-@pytest.mark.parametrize("ended", [(), ("A cell took longer than 60 s and was stopped.",)], ids=["itself", "runner"])
+@pytest.mark.parametrize("ended", [(), (Problem.of(Code.CELL_TIMED_OUT, seconds=60),)], ids=["itself", "runner"])
 def test_a_cell_took_too_long_only_if_the_runner_stopped_one(fake_class, ended):
     interrupt = {"type": "KeyboardInterrupt", "message": "", "line": 1}
     line = {"event": "ended", "notebook": "a.ipynb", "cell": "q1", "error": interrupt}
@@ -180,8 +183,8 @@ def test_a_cell_took_too_long_only_if_the_runner_stopped_one(fake_class, ended):
     fake_class.grade()
     with fake_class.book() as book:
         reason = marks(book, "ada")["2.11 omega_n"].reason
-    assert "KeyboardInterrupt" in reason or ended
-    assert ("took longer than 60 s" in reason) is bool(ended)
+    why = Problem.of(Code.TOOK_TOO_LONG, seconds=60, line=1)
+    assert reason.parameters["why"] == (why if ended else Problem.of(Code.RAISED, type="KeyboardInterrupt", line=1))
 
 
 def test_what_was_recorded_at_home_is_compared_whomever_it_names_and_no_trouble_if_it_is_here(fake_class):
@@ -191,7 +194,7 @@ def test_what_was_recorded_at_home_is_compared_whomever_it_names_and_no_trouble_
     with fake_class.book() as book:
         run = book.current("ada").run
     assert run.claim == {"2.11": {"omega_n": "q1-answer"}}
-    assert not any("Recorded at home" in problem for problem in run.problems)
+    assert not has(Code.RECORDED_AT_HOME, run.problems)
 
 
 def stopped(*cells):
@@ -206,9 +209,12 @@ def test_what_stopped_is_told_and_stays_told_when_marked_again(fake_class):
     fake_class.hand_in("ada", source="omega_n = omgea")
     fake_class.leaves["ada"] = runner.Run(None, reports=stopped())
     fake_class.grade()
-    why = "2.11 stopped: NameError, name 'omgea' is not defined, line 1."
     with fake_class.book() as book:
-        assert book.current("ada").run.problems == (why,)
+        (why,) = book.current("ada").run.problems
+        assert (why.code, why.parameters["question"]) == (Code.CELL_STOPPED, "2.11")
+        assert why.parameters["why"] == Problem.of(
+            Code.RAISED, type="NameError", text="name 'omgea' is not defined", line=1
+        )
         assert marks(book, "ada")["2.11 omega_n"].reason == why
     fake_class.key(2.0)
     fake_class.grade()
@@ -217,6 +223,49 @@ def test_what_stopped_is_told_and_stays_told_when_marked_again(fake_class):
         list(regrade(book, fake_class.course))
         assert book.current("ada").run.problems == (why,)
     assert fake_class.runs == ["ada"]
+
+
+SAID_BY_CODE = [
+    ("ValueError", "a picture was expected"),
+    ("ValueError", "it took longer than 60 s and was stopped"),
+    ("ValueError", "[Errno 2] No such file or directory: 'big.csv'"),
+    ("ImportError", "pandas is not installed where grading runs"),
+    ("RuntimeError", "The Python process died while a notebook was run"),
+    ("SyntaxError", "it seems that this needs Python 3.99"),
+    ("Error", "Not graded. Grading failed, which is not the student's fault"),
+]
+
+
+@pytest.mark.parametrize(("error", "text"), SAID_BY_CODE)
+def test_what_a_students_code_raises_is_not_taken_for_what_we_say(fake_class, error, text):
+    ended = {"event": "ended", "cell": "q1", "error": {"type": error, "message": text, "line": 1}}
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = runner.Run(None, reports=json.dumps({"notebook": "a.ipynb", **ended}).encode())
+    fake_class.grade()
+    with fake_class.book() as book:
+        found = overview.class_overview(book, fake_class.course)
+        (problem,) = book.current("ada").run.problems
+    assert problem.parameters["why"] == Problem.of(Code.RAISED, type=error, text=text, line=1)
+    assert [text in line for _student, lines in found["stopped"] for line in lines] == [True]
+    assert found["details"] == []
+    assert not [one for one in found["todo"] if text in one.what or one.what.startswith(("could not", "the run", "a "))]
+
+
+@pytest.mark.parametrize(
+    ("error", "text", "why"),
+    [
+        ("FileNotFoundError", "[Errno 2] No such file", Problem.of(Code.FILE_NOT_FOUND, type="FileNotFoundError")),
+        ("ModuleNotFoundError", "No module named 'pandas'", Problem.of(Code.MODULE_MISSING, module="pandas")),
+    ],
+)
+def test_what_a_cell_lacks_is_told_by_a_code_of_its_own(fake_class, error, text, why):
+    ended = {"event": "ended", "cell": "q1", "error": {"type": error, "message": text, "line": 1}}
+    fake_class.hand_in("ada")
+    fake_class.leaves["ada"] = runner.Run(None, reports=json.dumps({"notebook": "a.ipynb", **ended}).encode())
+    fake_class.grade()
+    with fake_class.book() as book:
+        found = marks(book, "ada")["2.11 omega_n"].reason.parameters["why"]
+    assert found.code is why.code and found.parameters.items() >= why.parameters.items()
 
 
 def test_a_cell_for_a_newer_python_is_told_as_that(fake_class):
@@ -228,8 +277,10 @@ def test_a_cell_for_a_newer_python_is_told_as_that(fake_class):
     fake_class.leaves["ada"] = runner.Run(None, reports=json.dumps({"notebook": "a.ipynb", **line}).encode())
     fake_class.grade()
     with fake_class.book() as book:
-        assert any("needs Python 3.99" in one for one in book.current("ada").run.problems)
-        assert "needs Python 3.99; grading runs 3." in marks(book, "ada")["2.11 omega_n"].reason
+        (problem,) = book.current("ada").run.problems
+        why = problem.parameters["why"]
+        assert (why.code, why.parameters["needed"]) == (Code.NEWER_PYTHON_NEEDED, "3.99")
+        assert why.parameters["here"].startswith("3.") and marks(book, "ada")["2.11 omega_n"].reason == problem
 
 
 def supply(fake_class, text):
@@ -246,7 +297,9 @@ def test_a_supplied_value_is_run_earns_nothing_and_stays_until_it_is_taken_back(
         with fake_class.book() as book:
             found = marks(book, "ada")["2.11 omega_n"]
             assert (found.status, found.points) == ("supplied by your instructor", 0)
-            assert "NameError" in found.reason and "earns nothing" in found.reason
+            assert found.reason.code is Code.SUPPLIED
+            why = found.reason.parameters["why"].parameters["why"]
+            assert (why.code, why.parameters["type"]) == (Code.RAISED, "NameError")
             assert book.current("ada").run.supplied == {"2.11.omega_n": 19.5}
             assert marks(book, "bob")["2.11 omega_n"].points == 2
     (notebook,) = fake_class.asked["ada"].notebooks.values()

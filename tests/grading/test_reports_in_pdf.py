@@ -8,7 +8,7 @@ import pytest
 from fake_class import FakeClass, InlineMarker
 from made_courses import loaded
 from pdfs import blank, composed, typeset
-from said_problems import codes
+from said_problems import codes, names
 from scoring_class import LEVELS, clients
 
 from labcourse.answers import report_files
@@ -19,7 +19,7 @@ from labcourse.grading.reports.feedback import page
 from labcourse.grading.reports.result import Result
 from labcourse.grading.scoring import cards, server
 from labcourse.grading.scoring.desk import Desk, key_of
-from labcourse.problems import Code
+from labcourse.problems import Code, Problem
 from rotflex.course.questions import CATALOGUE
 
 REPORT, WHOLE, PART = "Modeling report", "Modeling report, as a whole", "organisation"
@@ -79,21 +79,23 @@ def test_whatever_its_name_became_it_is_the_report_and_no_file_of_ones_own(tmp_p
 
 @pytest.mark.parametrize(
     ("data", "why"),
-    [(b"PK\x03\x04", Code.NOT_A_PDF), (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), Code.TOO_MANY_BYTES)],
+    [
+        (b"PK\x03\x04", Problem.of(Code.NOT_A_PDF)),
+        (b"%PDF-1.7" + bytes(report_files.MAX_BYTES), Problem.of(Code.TOO_MANY_BYTES, most=report_files.MAX_BYTES)),
+    ],
 )
 def test_what_is_no_pdf_or_too_large_is_told_and_kept_nowhere(tmp_path, data, why):
     hand_in(tmp_path, {f"work/{NAME}": data})
     found = taken(tmp_path)
     assert [item.name for item in found.items] == ["a.ipynb"]
-    (problem,) = found.problems()
-    assert (problem.code, problem.where, problem.parameters["why"].code) == (Code.NOTEBOOK_UNREAD, NAME, why)
+    assert found.problems() == [Problem.of(Code.REPORT_UNREAD, NAME, why=why)]
 
 
 def test_a_report_that_could_not_be_read_is_no_problem_once_it_was_handed_in_again(tmp_path):
     hand_in(tmp_path, {f"work/{NAME}": b"no PDF"})
     (tmp_path / "ada.zip").rename(tmp_path / "ada (1).zip")
     hand_in(tmp_path, {f"work/{NAME}": b"no PDF"})
-    assert codes(taken(tmp_path).problems()) == [(Code.NOTEBOOK_UNREAD, NAME)]
+    assert codes(taken(tmp_path).problems()) == [(Code.REPORT_UNREAD, NAME)]
     hand_in(tmp_path, {f"work/{NAME}": blank()})
     (tmp_path / "ada.zip").rename(tmp_path / "ada (2).zip")
     assert taken(tmp_path).problems() == []
@@ -103,7 +105,9 @@ def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
     with zipfile.ZipFile(tmp_path / "ada.zip", "w", zipfile.ZIP_DEFLATED) as bomb:
         bomb.writestr("work/a.ipynb", b'{"cells": []}')
         bomb.writestr(f"work/{NAME}", b"%PDF-1.7" + bytes(40_000_000))
-    assert [item.name for item in taken(tmp_path).items] == ["a.ipynb"] and taken(tmp_path).problems()
+    found = taken(tmp_path)
+    assert [item.name for item in found.items] == ["a.ipynb"]
+    assert codes(found.problems()) == [(Code.REPORT_UNREAD, NAME)]
 
 
 @pytest.mark.parametrize(("data", "is_said"), [(blank(), False), (blank(password="x"), True), (blank(owner="x"), True)])
@@ -112,10 +116,10 @@ def test_a_document_that_may_ask_for_a_password_is_taken_and_whoever_scores_is_w
     assert made.marks("ada")[WHOLE, PART].status == "for a person"
     with made.book() as book:
         run = book.current("ada").run
-    assert any(NAME in note and "PDF, " in note for note in run.notes)
-    assert [problem for problem in run.problems if NAME in problem] == [
-        f"{REPORT}: {NAME} may ask for a password."
-    ] * is_said
+    (note,) = [note for note in run.notes if note.code is Code.REPORT_IN_PDF]
+    assert (note.where, note.parameters["name"], note.parameters["bytes"]) == (REPORT, NAME, len(data))
+    asks = Problem.of(Code.MAY_ASK_FOR_PASSWORD, REPORT, name=NAME)
+    assert [problem for problem in run.problems if NAME in names([problem])] == [asks] * is_said
 
 
 def test_texts_of_ones_own_document_wait_for_a_person_and_are_not_missing(made):

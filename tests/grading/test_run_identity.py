@@ -14,6 +14,7 @@ from labcourse.grading.running import runner
 from labcourse.grading.running.prepared import Prepared
 from labcourse.grading.running.supplied import Supplied
 from labcourse.grading.settings import Assignment
+from labcourse.problems import Code, Problem
 
 #: Settings that a run does not depend on, each with another value than the default.
 NO_PART = {
@@ -161,8 +162,8 @@ NOT_RUN = {
     "claim": {"2.11": {"omega_n": "q1"}},
     "handed_in": (),
     "reports": {"modeling_report.pdf": b"%PDF-1.7"},
-    "problems": ("a problem",),
-    "notes": ("a note",),
+    "problems": (Problem.of(Code.CELL_TOO_LONG, "a.ipynb", cell=3, why=Problem.of(Code.GONE)),),
+    "notes": (Problem.of(Code.NOT_HANDED_IN, "a.ipynb"),),
     "waits": {"a.ipynb": ["bob"]},
 }
 
@@ -203,8 +204,8 @@ def test_several_failing_submissions_do_not_end_a_batch(fake_class, jobs):
     with fake_class.book() as book:
         assert sorted(one.run.student for one in book.all_current()) == students
         for failing in ("ada", "bob", "dan"):
-            (problem,) = book.current(failing).run.problems
-            assert f"the disk of {failing} is full" in problem and "not the student's fault" in problem
+            failed = Problem.of(Code.GRADING_FAILED, error=f"OSError: the disk of {failing} is full")
+            assert book.current(failing).run.problems == (failed,)
     fake_class.leaves.clear()
     fake_class.runs.clear()
     assert fake_class.grade(jobs=jobs) == dict.fromkeys(students, 2)
@@ -246,4 +247,8 @@ def test_several_that_cannot_be_taken_in_do_not_end_a_batch(fake_class, monkeypa
     monkeypatch.setattr(place, where, failing)
     assert fake_class.grade() == {"ada": 0, "bob": 0, "cleo": 2}
     with fake_class.book() as book:
-        assert [len(book.current(one).run.problems) for one in ("ada", "bob", "cleo")] == [1, 1, 0]
+        problems = {one: book.current(one).run.problems for one in ("ada", "bob", "cleo")}
+    failed = {
+        one: (Problem.of(Code.GRADING_FAILED, error=f"MemoryError: no room for {one}"),) for one in ("ada", "bob")
+    }
+    assert problems == {**failed, "cleo": ()}

@@ -17,6 +17,7 @@ from labcourse.grading.gradebook import Delivery, Gradebook, Graded, MarkRecord
 from labcourse.grading.graded_run import Facts
 from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.settings import Assignment
+from labcourse.problems import Code, Problem
 
 FIRST, SECOND = "02_finding_stiffness", "03_model_validation"
 HANDED_IN = datetime(2026, 3, 2, 12, tzinfo=UTC)
@@ -66,7 +67,8 @@ def fill(book: Gradebook, folder: Path) -> None:
         deliver(book, student, dict.fromkeys(both, notebook(f"{student} = 1")))
     deliver(book, "fay", {both[0]: notebook("fay = 2")})
     deliver(book, "hal", {both[0]: notebook("hal = 3")})
-    stopped = Facts(ended=("The run took longer than 600 s, and was stopped.",))
+    stopped = Facts(ended=(Problem.of(Code.RUN_TIMED_OUT, seconds=600),))
+    fault = Problem.of(Code.KEY_FAILED, question="2.12", part="K_s", error="KeyError, key.py, line 5.")
     record(
         book,
         graded("ada", mark(), stiffness(), prose(), report_text()),
@@ -80,7 +82,7 @@ def fill(book: Gradebook, folder: Path) -> None:
             prose("missing", given=""),
             report_text("missing", given=""),
             cells=stopped.as_json(),
-            problems=(*stopped.ended, "2.12, K_s is not marked: the key failed. KeyError, key.py, line 5.", "Odd: <i>"),
+            problems=(*stopped.ended, fault, Problem.of(Code.SAID_BY_COURSE, text="Odd: <i>")),
             supplied={"2.9.sweep": 1},
         ),
         graded("fay", mark(), stiffness(), prose(), report_text()),

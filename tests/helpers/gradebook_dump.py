@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.gradebook.records import Base
+from labcourse.problems import as_json
 
 #: Numbers of rows, times, and what the order in the dump says already.
 _LEFT_OUT = {"id", "student_id", "run_id", "folded", "position", "number", "digest"}
@@ -65,4 +66,4 @@ def _plain(row: dict[str, Any]) -> dict[str, Any]:
 def _shown(value: Any) -> Any:
     if isinstance(value, bytes):
         return {"bytes": len(value), "sha256": hashlib.sha256(value).hexdigest()}
-    return vars(value) if hasattr(value, "out_of") else value
+    return as_json(vars(value) if hasattr(value, "out_of") else value)

@@ -9,9 +9,10 @@ from typing import Any
 
 from labcourse.grading.gradebook import Gradebook, Graded, MarkRecord, RunRecord, StudentRecord
 from labcourse.grading.reports.result import Result
+from labcourse.problems import Reason
 
 
-def mark(status: str = "right", points: float = 2.0, reason: str = "Well.", given: str = "19.9 rad/s") -> MarkRecord:
+def mark(status: str = "right", points: float = 2.0, reason: Reason = "Well.", given: str = "19.9 rad/s") -> MarkRecord:
     """The mark for a number of two points."""
     return MarkRecord("2.11", "omega_n", status, points, 2.0, reason, given)
 

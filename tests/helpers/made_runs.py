@@ -1,6 +1,7 @@
 """Runs with their marks, made up for tests of what a gradebook keeps."""
 
 from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
+from labcourse.problems import Code, Problem
 
 
 def mark(question="2.11", part="K_s", status="right", points=2.0, out_of=2.0, reason="Well.", given="1.3"):
@@ -25,7 +26,7 @@ def small_class():
     return [
         graded("ada"),
         graded("ada", "second", mark(points=1.0), prose()),
-        graded("bob", answers=None, problems=("No answers.",)),
+        graded("bob", answers=None, problems=(Problem.of(Code.NO_ANSWERS_LEFT),)),
         graded("bob", key="another key", software="rotflex 1"),
         graded("Çelik", "x", *[mark(str(number)) for number in range(12)]),
     ]

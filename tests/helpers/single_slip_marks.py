@@ -17,6 +17,7 @@ import rotflex.course.lab
 from labcourse.answers import forms
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
+from labcourse.sentences import sentence
 from rotflex.hil.student_benches import student_seed
 from solutions.true_bench import TrueBench
 
@@ -51,7 +52,7 @@ def alone(slip: Slip) -> tuple[float, str]:
     claims.values[slip.where] = forms.decode(part, claims.contents[slip.where])
     marks = mark(replace(OURS, key={question: OURS.key[question]}), claims, _bench(), seed)
     (one,) = [one for one in marks if one.part == name]
-    return 1 - one.points / one.out_of, one.reason
+    return 1 - one.points / one.out_of, sentence(one.reason)
 
 
 def answers_with(slip: Slip | None, given: dict[str, dict[str, Any]] | None = None) -> bytes:
@@ -78,7 +79,7 @@ def lost_by(data: bytes) -> Lost:
     claims = decode(data, seed, OURS.catalogue)
     marks = {(one.question, one.part): one for one in mark(OURS, claims, _bench(), seed)}
     return {
-        where: (one.out_of - one.points, f"{one.status.value}: {one.reason}")
+        where: (one.out_of - one.points, f"{one.status.value}: {sentence(one.reason)}")
         for where, one in marks.items()
         if where in FULL and one.points < one.out_of
     }

@@ -38,6 +38,7 @@ from labcourse.grading import course as courses
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.release import student_course
 from labcourse.grading.running import isolation_report, runner
+from labcourse.sentences import sentence
 
 CANVAS = "Student,ID,SIS User ID,SIS Login ID,Section,Lab A (11),Lab B (12),04 report (13)\r\n"
 CANVAS += "    Points Possible,,,,,20,30,10\r\n"
@@ -209,7 +210,7 @@ class TermClass:
         """What the class page says first: a task → its students, and the points at stake."""
         with Gradebook(self.marks / "gradebook.sqlite") as book:
             tasks = overview.class_overview(book, courses.load(self._solutions), self.marks)["todo"]
-        return {task.what: ({*task.who}, task.worth) for task in tasks}
+        return {sentence(task.what): ({*task.who}, task.worth) for task in tasks}
 
     def exported(self, platform: str, title: str) -> dict[str, str]:
         """The column of an assignment in a platform's file, by student."""

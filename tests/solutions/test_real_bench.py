@@ -16,6 +16,7 @@ import rotflex.course.lab
 from labcourse.benches import BenchPolicy
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.verdicts import Status
+from labcourse.problems import Code
 from rotflex import experiments
 from rotflex.course.recordings_folder import MOST_RECORDINGS, MOST_SAMPLES, RecordingsFolder, evidence
 from rotflex.errors import BenchError, ConfigurationError, NotRecorded
@@ -96,16 +97,17 @@ def test_a_recording_in_doubt_leaves_what_was_measured_to_a_person_and_says_why(
     bench = bench_of(content_of(tmp_path, change(made[0]["tracking"]), *honest))
     assert not bench.is_known
     (problem,) = bench.problems
-    assert problem.startswith(f"001-tracking does not count until a person has looked at it: {why}")
+    assert (problem.code, problem.where) == (Code.DOUBTED_BY_COURSE, "001-tracking")
+    assert problem.parameters["why"].startswith(why)
     assert bench.sweep() is not None and bench.K_s == pytest.approx(OURS.parameters.K_s)
 
 
 def test_a_link_unlike_that_of_the_bench_that_is_named_is_in_doubt(tmp_path, made):
     bench = bench_of(content_of(tmp_path, at("south", made[0]["sweep"])))
     assert not bench.is_known
-    assert (
-        "001-sweep does not count" in bench.problems[0] and "its arm does not move as the arm of" in bench.problems[0]
-    )
+    (problem,) = bench.problems
+    assert (problem.code, problem.where) == (Code.DOUBTED_BY_COURSE, "001-sweep")
+    assert "its arm does not move as the arm of" in problem.parameters["why"]
 
 
 @pytest.mark.parametrize("data", [b"", json.dumps({"recordings": [], "left_out": []}).encode()])

@@ -39,7 +39,7 @@ from labcourse.grading.gradebook.records import (
     RunRecord,
     StudentRecord,
 )
-from labcourse.problems import Problem
+from labcourse.problems import Problem, as_json, from_json
 from labcourse.student_id import caseless
 
 MARKER = "[erased]"  #: what replaces the names of a person who is erased
@@ -137,24 +137,19 @@ class Person:
         self._named = re.compile(rf"(?<!\w)(?:{'|'.join(spelled)})(?!\w)" if spelled else r"(?!)", re.IGNORECASE)
 
     def redacted(self, value: Any) -> Any:
-        """Return a text, texts, or the state of a mark, with a marker in place of each of the person's names."""
+        """Return a text, a problem, several, or the state of a mark, with a marker for each of the person's names."""
         if isinstance(value, str):
             return self._named.sub(MARKER, value)
         if isinstance(value, Problem):
-            return Problem.from_json(self._redacted_data(value.as_json()))
-        if isinstance(value, tuple):
-            return tuple(map(self.redacted, value))
+            about = {name: self.redacted(entry) for name, entry in value.parameters.items()}
+            return replace(value, where=self.redacted(value.where), parameters=about)
+        if isinstance(value, list | tuple):
+            return type(value)(map(self.redacted, value))
         if isinstance(value, MarkState):
             return replace(value, reason=self.redacted(value.reason))
-        return value and {**value, "reason": self.redacted(value["reason"])}
-
-    def _redacted_data(self, value: Any) -> Any:
-        """Return plain data with a marker in place of the person's names in each of its texts."""
         if isinstance(value, Mapping):
-            return {name: self._redacted_data(entry) for name, entry in value.items()}
-        return (
-            [*map(self._redacted_data, value)] if isinstance(value, list) else self.redacted(value) if value else value
-        )
+            return {**value, "reason": as_json(self.redacted(from_json(value["reason"])))}
+        return value
 
     def is_named_in(self, value: Any) -> bool:
         """Return whether a text, a file, or data of JSON names the person."""

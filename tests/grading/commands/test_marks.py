@@ -11,6 +11,8 @@ from gradebooks import enrol, graded, mark, prose, record, rows
 from labcourse.errors import GradingError
 from labcourse.grading.batch import Regraded
 from labcourse.grading.gradebook import Gradebook
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 
 
 @pytest.fixture
@@ -138,11 +140,12 @@ def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
 
 
 def test_regrade_says_it_to_scripts_and_does_not_end_well_where_the_key_failed(book, marked_again):
-    fault = "2.11, omega_n is not marked: the key failed. KeyError, key.py, line 5."
+    about = {"question": "2.11", "part": "omega_n", "error": "KeyError, key.py, line 5."}
+    fault = Problem.of(Code.KEY_FAILED, **about)
     failed = graded("bob", mark("not marked: key fault", 0.0), problems=(fault,))
     marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob", mark()), failed))
     done = rotflex("regrade", book, "--solutions", ROOT, "--json")
-    assert done.exit_code == 1 and fault in said(done)
+    assert done.exit_code == 1 and sentence(fault) in said(done)
     ada = json.loads(done.output.splitlines()[0])
     assert (ada["before"], ada["after"], ada["why"]) == (2, 0, "the key has changed")
     (part,) = ada["changes"]

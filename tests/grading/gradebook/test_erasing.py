@@ -21,6 +21,7 @@ from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.persons import MARKER, Person
 from labcourse.grading.gradebook.records import Base, Excuse
 from labcourse.grading.graded_run import Facts
+from labcourse.problems import Code, Problem
 
 WHEN = datetime(2026, 3, 2, tzinfo=UTC)
 WORDS, COMPARED = ("2.11", "explanation"), ("2.16", "comparison")
@@ -220,17 +221,28 @@ def test_a_student_who_has_an_address_for_scoring_is_reported_and_scores_on(book
 
 
 def test_messages_on_runs_of_others_lose_the_name_and_a_course_changes_the_rest(book):
-    record(book, graded("bob", submission="with them", problems=(f"of {ID}",), answers=b'{"student": "Zo"}'))
+    slow = Problem.of(Code.TOOK_TOO_LONG, seconds=60, line=3)
+    said = (
+        f"of {ID}",
+        Problem.of(Code.RECORDED_AT_HOME, f"{NAME}.ipynb", parts=["2.11 x", f"of {ID}"], why=slow),
+        Problem.of(Code.CELL_STOPPED, why=Problem.of(Code.RAISED, type="ValueError", text=f"{NAME}!", line=0)),
+    )
+    record(book, graded("bob", submission="with them", problems=said, answers=b'{"student": "Zo"}'))
 
     def change(row, person):
         assert person.student == ID
         if isinstance(row, Delivery):
             row.content = b"[]"
-        elif row.problems == (f"of {ID}",):
+        elif row.problems == said:
             row.answers = b"{}"
 
     done = book.persons.erase(ID, "lea", change=change)
-    assert book.current("bob").run.problems == (f"of {MARKER}",) and book.current("bob").run.answers == b"{}"
+    assert book.current("bob").run.problems == (
+        f"of {MARKER}",
+        Problem.of(Code.RECORDED_AT_HOME, f"{MARKER}.ipynb", parts=["2.11 x", f"of {MARKER}"], why=slow),
+        Problem.of(Code.CELL_STOPPED, why=Problem.of(Code.RAISED, type="ValueError", text=f"{MARKER}!", line=0)),
+    )
+    assert book.current("bob").run.answers == b"{}"
     assert [one.content for one in book.delivered("bob")] == [b"[]"]
     assert {"bob, runs", "bob, deliveries, 02.ipynb"} <= set(done.redacted)
 

@@ -119,20 +119,21 @@ def test_a_command_that_a_signal_ended_is_told_by_it(number):
 @pytest.mark.parametrize(
     ("left", "trouble"),
     [
-        ("true", ""),
-        ("ln -s /etc/passwd answer", "cannot be read"),
-        ("ln -s /nowhere answer", "cannot be read"),
-        ("mkfifo answer", "cannot be read: it is not an ordinary file"),
-        ("mkdir answer", "cannot be read: it is not an ordinary file"),
-        ("ln -s / folder; ln -s folder/etc/passwd answer", "cannot be read"),
-        ("head -c 101 /dev/zero > answer", "cannot be read: it has more than 100 bytes"),
-        ("truncate -s 60M answer", "cannot be read: it has more than 100 bytes"),
+        ("true", None),
+        ("ln -s /etc/passwd answer", ""),
+        ("ln -s /nowhere answer", ""),
+        ("mkfifo answer", "it is not an ordinary file"),
+        ("mkdir answer", "it is not an ordinary file"),
+        ("ln -s / folder; ln -s folder/etc/passwd answer", ""),
+        ("head -c 101 /dev/zero > answer", "it has more than 100 bytes"),
+        ("truncate -s 60M answer", "it has more than 100 bytes"),
     ],
 )
 def test_only_an_ordinary_file_of_bounded_size_is_read(left, trouble):
     outcome = shell(left)
     assert (outcome.ending, outcome.files) == (Ending.FINISHED, {})
-    assert outcome.troubles.get("answer", "").startswith(trouble) and bool(outcome.troubles) == bool(trouble)
+    assert outcome.troubles.keys() == ({"answer"} if trouble is not None else set())
+    assert all(why and why.startswith(trouble) for why in outcome.troubles.values())
 
 
 @pytest.mark.parametrize("name", ["", ".", "..", "../answer", "/etc/passwd", "a/b", "a\0b"])

@@ -11,6 +11,8 @@ from labcourse.answers.json_values import LONGEST_PROSE
 from labcourse.answers.words import TextAnswer
 from labcourse.grading.marking import decoding
 from labcourse.grading.marking.decoding import Claims
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 from rotflex.course.questions import CATALOGUE
 
 SEED = 7
@@ -61,15 +63,18 @@ def test_an_expression_that_cannot_be_decoded_is_malformed(monkeypatch, error):
 
 def test_messages_about_a_file_have_no_escape_sequences():
     read = decoding.decode(file({}, format="\x1b]0;owned\x07\u202e"), SEED, CATALOGUE)
-    assert "format" in read.problems[0]
-    assert read.problems[0].isprintable()
+    (problem,) = read.problems
+    assert problem.code is Code.ANSWERS_UNREAD and "format" in problem.parameters["error"]
+    assert sentence(problem).isprintable()
 
 
 @pytest.mark.parametrize("number", [0, 20, 21, 40])
 def test_notes_on_unknown_questions_are_limited(number):
     read = decoding.decode(file({f"99.{place}": {"x": {}} for place in range(number)}), SEED, CATALOGUE)
     assert len(read.notes) == min(number, 21)
-    assert (f"And {number - 20} more of this sort." in read.notes) == (number > 20)
+    ignored = [Problem.of(Code.ANSWER_TO_NOTHING, number=f"99.{place}", name="x") for place in range(min(number, 20))]
+    assert read.notes[:20] == ignored
+    assert read.notes[20:] == [Problem.of(Code.MORE_OF_THIS_SORT, count=number - 20)] * (number > 20)
 
 
 @pytest.mark.parametrize("fits", [True, False])
@@ -77,8 +82,8 @@ def test_levels_of_an_answer_are_limited(fits):
     value = []
     for _level in range(schema.MAX_DEPTH - 5 + (not fits)):  # the file, its answers, a question, a part, a list
         value = [value]
-    (problem,) = decoding.decode(file({"1": {"x": {"kind": value}}}), SEED, CATALOGUE).problems or [""]
-    assert ("deeply" in problem) != fits
+    problems = decoding.decode(file({"1": {"x": {"kind": value}}}), SEED, CATALOGUE).problems
+    assert ["deeply" in problem.parameters["error"] for problem in problems] == [True] * (not fits)
 
 
 @pytest.mark.parametrize("fits", [True, False])
@@ -86,14 +91,14 @@ def test_levels_of_an_answer_are_limited(fits):
 def test_integers_are_limited(fits, sign):
     data = file({}, probe_seed=sign * (10**20 + (not fits)))
     problems = decoding.decode(data, SEED, CATALOGUE).problems
-    assert any("too large" in problem for problem in problems) != fits
+    assert any("too large" in problem.parameters["error"] for problem in problems) != fits
 
 
 @pytest.mark.timeout(60)
 def test_digits_are_counted_before_they_are_read():
     for digits in (26, 4000, 500_000):
         problems = decoding.decode(file({}).replace(b": 7", b": " + b"1" * digits), SEED, CATALOGUE).problems
-        assert "too large" in problems[0]
+        assert problems[0].code is Code.ANSWERS_UNREAD and "too large" in problems[0].parameters["error"]
 
 
 WHERE = ("2.11", "explanation")

@@ -15,6 +15,7 @@ from made_courses import loaded
 from labcourse.errors import GradingError
 from labcourse.grading.marking import decoding, marking, marking_processes
 from labcourse.grading.marking.marking_processes import Marker, MarkingJob
+from labcourse.problems import Code
 from solutions.true_bench import TrueBench
 
 pytestmark = pytest.mark.slow
@@ -122,8 +123,9 @@ def test_an_answer_that_takes_too_long_is_for_a_person(monkeypatch):
                 pass
 
     verdict = marking._judge(Slow().verdict)
-    assert verdict.status.value == "for a person"
-    assert "too long" not in verdict.reason and "stopped after 0.05 s" in verdict.reason
+    assert verdict.status.value == "for a person" and verdict.reason.code is Code.NOT_COMPARED
+    error = verdict.reason.parameters["error"]
+    assert "too long" not in error and "stopped after 0.05 s" in error
 
 
 def test_a_bound_on_time_cannot_be_caught_by_what_it_bounds():

@@ -13,6 +13,7 @@ from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import Context
 from labcourse.grading.verdicts import Status
+from labcourse.problems import Code, Problem
 
 REPORT, WHOLE = "Modeling report", "Modeling report, as a whole"
 COURSE = replace(OURS, key={number: OURS.key[number] for number in (REPORT, WHOLE)})
@@ -51,7 +52,7 @@ def test_an_answer_to_it_that_somebody_smuggles_in_is_none():
     read = claims({where: "Give me the point."})
     decoding._add_answer(read, OURS.catalogue, *where, {"kind": "whole", "value": "Give me the point."})
     assert where not in read.values
-    assert read.notes == [f"Ignored an answer to {WHOLE!r}, 'organisation': there is no such thing."]
+    assert read.notes == [Problem.of(Code.ANSWER_TO_NOTHING, number=WHOLE, name="organisation")]
     found = marking.mark(COURSE, read, bench=None, probe_seed=1)
     assert {one.status for one in found} == {Status.MISSING}
 
@@ -69,7 +70,12 @@ def test_marking_leaves_the_claims_as_they_are_and_tells_faults_of_the_key_in_th
     assert found[WHOLE, "organisation"].status is Status.NOT_MARKED
     assert found[WHOLE, "organisation"].given == found[WHOLE, "appearance"].given != ""
     assert list(read.values) == [AIM]
-    assert any(f"{WHOLE}, organisation is not marked" in line for line in read.problems)
+    (problem,) = read.problems
+    assert (problem.code, problem.parameters["question"], problem.parameters["part"]) == (
+        Code.KEY_FAILED,
+        WHOLE,
+        "organisation",
+    )
 
 
 @pytest.mark.parametrize(("asked", "expected"), [((AIM,), True), ((("Control report", "poles_analysis"),), False)])
@@ -79,8 +85,9 @@ def test_it_is_judged_where_the_release_that_was_worked_with_asks_for_its_texts(
 
 
 def test_what_could_not_be_read_at_all_is_missing_as_a_whole_too():
-    found = marking.nothing_earned(COURSE, "Nothing can be read.", Status.MISSING)
+    found = marking.nothing_earned(COURSE, Problem.of(Code.NOTHING_READ), Status.MISSING)
     assert [one.part for one in found if one.question == WHOLE] == ["organisation", "appearance"]
+    assert {one.reason for one in found} == {Problem.of(Code.NOTHING_READ)}
 
 
 def run(texts, submission="first"):

@@ -19,6 +19,8 @@ from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundles
 from labcourse.grading.running.prepared import prepare
 from labcourse.grading.running.runner import Job
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 
 pytestmark = pytest.mark.slow
 
@@ -100,7 +102,7 @@ def test_an_older_release_is_told(two, bundles):
     name = two.about(two.first)["release"]
     chosen = bundles.choose(two.hand_in(two.first, {}, student="ada", release=name))
     assert chosen.bundle.release == name
-    assert chosen.notes == (f"Run and marked under an earlier release, {name}.",)
+    assert chosen.notes == (Problem.of(Code.RELEASE_EARLIER, release=name),)
     assert bundles.choose(two.hand_in(two.second, {}, release=two.about(two.second)["release"])).notes == ()
 
 
@@ -118,7 +120,7 @@ def test_notebooks_of_another_release_than_the_file_names_count_and_it_is_told(t
     for which, meant, named in ((two.first, first, second), (two.second, second, first)):
         chosen = bundles.choose(two.hand_in(which, SOLVED, release=named))
         assert chosen.bundle.release == meant
-        assert chosen.notes[0] == f"course.json names the release {named}, but the notebooks are those of {meant}."
+        assert chosen.notes[0] == Problem.of(Code.RELEASE_CONTRADICTED, named=named, release=meant)
 
 
 def test_where_the_notebooks_are_of_both_the_file_counts(two, bundles):
@@ -129,11 +131,15 @@ def test_where_the_notebooks_are_of_both_the_file_counts(two, bundles):
 
 
 def test_a_release_that_is_not_kept_is_trouble_and_it_is_told_what_to_do(two, bundles, course):
-    chosen = bundles.choose(two.hand_in(two.first, {}, release="2025-autumn\x1b[31m" + "x" * 200))
+    named, closest = "2025-autumn\x1b[31m" + "x" * 200, two.about(two.first)["release"]
+    chosen = bundles.choose(two.hand_in(two.first, {}, release=named))
     (problem,) = chosen.problems
-    assert r"names the release '2025-autumn\x1b[31mxx" in problem and len(problem) < 500
-    assert "which is not among the releases in " in problem and str(course.releases.parent) not in problem
-    assert chosen.bundle.release == two.about(two.first)["release"]  # the closest
+    about = {"named": named, "folder": course.releases.name, "closest": closest}
+    assert problem == Problem.of(Code.RELEASE_UNKNOWN, **about)
+    said = sentence(problem)
+    assert r"names the release '2025-autumn\x1b[31mxx" in said and len(said) < 500
+    assert str(course.releases.parent) not in said
+    assert chosen.bundle.release == closest
 
 
 def test_modules_that_an_older_release_does_not_have_are_not_imported_for_it(two, course):

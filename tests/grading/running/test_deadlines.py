@@ -20,6 +20,7 @@ from labcourse.grading.isolation import sandbox, unisolated
 from labcourse.grading.isolation.process import Ending, Outcome
 from labcourse.grading.isolation.process import Limits as SandboxLimits
 from labcourse.grading.running import isolation_report, runner
+from labcourse.problems import Code, Problem
 from labcourse.run import from_notebook
 from labcourse.run.inside import BROKEN, EVIDENCE_FILE, FINE, TIMED_OUT
 from rotflex.cli import app
@@ -141,25 +142,26 @@ def test_a_submission_that_claims_that_the_course_is_broken_is_not_believed(monk
         with pytest.raises(GradingError, match="no numpy"):
             runner.run(b"", job, cancelled)
     else:
-        assert runner.run(b"", job, cancelled).problems == ("The run ended before all notebooks were run.",)
+        assert runner.run(b"", job, cancelled).problems == (Problem.of(Code.RUN_ENDED_EARLY),)
     assert asked == [job, runner.Job("ada", {}, 5)]
 
 
 @pytest.mark.parametrize(
-    ("ending", "code", "said"),
+    ("ending", "code", "problem"),
     [
-        (Ending.FINISHED, FINE, ""),
-        (Ending.FINISHED, TIMED_OUT, "A cell took longer than 7 s and was stopped."),
-        (Ending.DEADLINE, None, "The run took longer than 77.5 s and was stopped."),
-        (Ending.OUTPUT, None, "The run was stopped: it printed too much."),
+        (Ending.FINISHED, FINE, None),
+        (Ending.FINISHED, TIMED_OUT, Problem.of(Code.CELL_TIMED_OUT, seconds=7)),
+        (Ending.DEADLINE, None, Problem.of(Code.RUN_TIMED_OUT, seconds=77.5)),
+        (Ending.OUTPUT, None, Problem.of(Code.PRINTED_TOO_MUCH)),
     ],
 )
-def test_what_ended_a_run_and_every_file_that_cannot_be_read_are_told(monkeypatch, ending, code, said):
+def test_what_ended_a_run_and_every_file_that_cannot_be_read_are_told(monkeypatch, ending, code, problem):
     """On runs that end so: tests/grading/running/test_runner.py."""
-    troubles = {"answers.json": "cannot be read: a link", EVIDENCE_FILE: "cannot be read: too large"}
+    troubles = {"answers.json": "a link", EVIDENCE_FILE: "too large"}
     monkeypatch.setattr(runner, "_run_in_sandbox", lambda *_: Outcome(ending, code, {}, troubles, b"", 1.0))
     problems = runner.run(b"", runner.Job("ada", {}, 5, limits=LIMITS)).problems
-    assert problems == (*filter(None, [said]), *(f"{name} {why}." for name, why in troubles.items()))
+    unread = [Problem.of(Code.RESULT_UNREAD, name, error=why) for name, why in troubles.items()]
+    assert problems == (*([problem] if problem else []), *unread)
 
 
 @pytest.mark.parametrize("hears", [0, 1, 2])

@@ -17,8 +17,10 @@ from hostile_cells import CELLS
 from hostile_files import FORMS
 from hostile_own_files import MODULES, OWN_FILES
 from hostile_words import WORDS
+from said_problems import within
 
 from labcourse.answers.cell_reports import Reports
+from labcourse.answers.notebooks import MAX_CELLS
 from labcourse.answers.own_files import MAX_FILES, MAX_TOTAL
 from labcourse.grading import course as courses
 from labcourse.grading import intake
@@ -26,9 +28,9 @@ from labcourse.grading.release import student_course
 from labcourse.grading.reports.markdown import as_html
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
+from labcourse.problems import Code
 from labcourse.run.reasons import explain
-from labcourse.safe_text import no_escapes
-from labcourse.sentences import sentences
+from labcourse.sentences import sentence
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="these files cannot be made there")
 
@@ -40,11 +42,11 @@ HARMLESS = {
 }
 #: What the reader says by itself; the rest is said after a run.
 _BY_READING = {
-    "ten-thousand-cells": "1000 cells",
-    "own-modules": "module numpy",
-    "own-files-lead-away": "leads outside",
-    "says-it-is-anothers-too": "which nobody has confirmed",
-    "pictures-of-all-sorts": "20000 pixels",
+    "ten-thousand-cells": (Code.TOO_MANY_CELLS, {"most": MAX_CELLS}),
+    "own-modules": (Code.HIDES_MODULE, {"module": "numpy"}),
+    "own-files-lead-away": (Code.LEADS_OUTSIDE, {}),
+    "says-it-is-anothers-too": (Code.PARTNERS_UNCONFIRMED, {}),
+    "pictures-of-all-sorts": (Code.PICTURE_TOO_WIDE, {"most": 20_000}),
 }
 OTHERS = {name: FORMS[name] for name in ("rearranged", "retagged", "zip-slip", "links")}
 ALL = {**CELLS, **OWN_FILES, **WORDS, **OTHERS}
@@ -79,7 +81,7 @@ def taken(request, frame, tmp_path, handed_in):
         claim=ready.claim,
     )
     said = [*found[student].problems, *read.problems(), *ready.problems, *ready.notes, *reasons.lost]
-    return student, ready, sentences([*said, *read.notes]), found
+    return student, ready, [*said, *read.notes], found
 
 
 @pytest.fixture
@@ -116,9 +118,11 @@ def test_it_is_read_what_is_wrong_is_said_and_nothing_dangerous_is_left(taken):
         assert not name.is_absolute() and ".." not in name.parts and name.as_posix().isprintable()
         assert not {"answers.json", "cell_reports.jsonl", "course.json"} & {part.casefold() for part in name.parts}
     assert b"canary" not in b"".join(ready.files.values())
-    assert _BY_READING.get(student, "") in "\n".join(said)
+    if student in _BY_READING:
+        code, about = _BY_READING[student]
+        assert any(one.code is code and one.parameters.items() >= about.items() for one in within(said))
     assert student != "own-modules" or set(ready.files) <= HARMLESS < set(MODULES)
-    shown = no_escapes("\n".join(said))
+    shown = "\n".join(map(sentence, said))
     assert not [
         one for one in shown if unicodedata.category(one) in ("Cc", "Cf", "Cs") and one not in "\n\t\u200c\u200d"
     ]

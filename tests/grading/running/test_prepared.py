@@ -9,6 +9,7 @@ from labcourse.answers.notebooks import MAX_SOURCE, HandIn, Notebook
 from labcourse.answers.parts import Question, number
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
+from labcourse.problems import Code, Problem
 
 CATALOGUE = Catalogue([Question(name, "1", "a", "", (), (number("x", "", None, "", ""),)) for name in ("1", "2")])
 
@@ -52,7 +53,7 @@ def answered(name, source):
     ],
 )
 def test_a_notebook_in_which_nothing_is_written_is_told_and_no_other(cells, told):
-    assert len(made(*cells).notes) == told
+    assert [*made(*cells).notes] == [Problem.of(Code.UNTOUCHED, "a.ipynb")] * told
 
 
 def test_a_notebook_that_asks_for_nothing_is_not_called_untouched():
@@ -64,15 +65,15 @@ def test_a_notebook_that_asks_for_nothing_is_not_called_untouched():
 @pytest.mark.parametrize("times", [1, 2, 3])
 def test_two_answer_cells_of_one_id_are_told_each_with_its_number(times):
     mine = [*answered("q1", "x = 1"), *[code("q2", "y = 2", True)] * (times - 1)]
-    told = [note for note in made(*mine).notes if "q2" in note]
-    assert [f" {times} times" in note for note in told] == [True] * (times > 1)
+    told = [note for note in made(*mine).notes if note.parameters.get("cell") == "q2"]
+    assert told == [Problem.of(Code.CELL_REPEATED, "a.ipynb", cell="q2", times=times)] * (times > 1)
 
 
 def test_two_cells_that_cannot_be_taken_are_both_told_with_their_places():
     long = "x" * (MAX_SOURCE + 1)
     cells = [code("one", long), *MASTER, code("two", long), code("three", "x" * MAX_SOURCE)]
-    problems = made(*cells).problems
-    assert len(problems) == 2 and all(f"cell {n} " in problem for n, problem in zip((1, 8), problems, strict=True))
+    expected = (Problem.of(Code.CELL_TOO_LONG, "a.ipynb", cell=place, most=MAX_SOURCE) for place in (1, 8))
+    assert made(*cells).problems == (*expected,)
 
 
 def claim(**changes):
@@ -84,17 +85,17 @@ ANSWERS = {"1": {"x": {"kind": "number", "value": 1.0}}, "2": {"x": {}}, "9": {"
 
 
 @pytest.mark.parametrize(
-    ("data", "cells", "said"),
+    ("data", "cells", "is_unread"),
     [
-        (None, None, ""),
-        (b"[]", None, "cannot be read"),
-        (claim(student="bob", answers=ANSWERS), {"1": {"x": ""}, "2": {"x": ""}}, ""),
-        (claim(), {}, ""),
-        (claim(answers=ANSWERS, cells={"1": {"x": "q1"}}), {"1": {"x": "q1"}, "2": {"x": ""}}, ""),
-        (claim(answers=ANSWERS, cells={"1": {"x": "q" * 65}}), {"1": {"x": "q" * 64}, "2": {"x": ""}}, ""),
+        (None, None, False),
+        (b"[]", None, True),
+        (claim(student="bob", answers=ANSWERS), {"1": {"x": ""}, "2": {"x": ""}}, False),
+        (claim(), {}, False),
+        (claim(answers=ANSWERS, cells={"1": {"x": "q1"}}), {"1": {"x": "q1"}, "2": {"x": ""}}, False),
+        (claim(answers=ANSWERS, cells={"1": {"x": "q" * 65}}), {"1": {"x": "q" * 64}, "2": {"x": ""}}, False),
     ],
 )
-def test_what_was_recorded_at_home_is_a_claim_whomever_it_names(data, cells, said):
+def test_what_was_recorded_at_home_is_a_claim_whomever_it_names(data, cells, is_unread):
     found = made(*answered("q1", "x = 1"), claim=data)
     assert found.claim == cells
-    assert (said in "".join(found.notes)) and bool(found.notes) == bool(said)
+    assert [note.code for note in found.notes] == [Code.CLAIM_UNREAD] * is_unread

@@ -19,6 +19,7 @@ from labcourse.answers.notebooks import as_released
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.running import bundle, runner
+from labcourse.problems import Code, Problem
 from labcourse.run.merge import merged
 
 pytestmark = pytest.mark.usefixtures("sandbox")
@@ -150,7 +151,7 @@ def test_an_endless_cell_is_stopped_and_the_rest_is_run(course):
     limits = runner.Limits(cell=5, submission=200)
     answers, problems = run(course, "answers = {'x': 1}", "while True:\n    pass", "answers = {'y': 2}", limits)
     assert answers == {"x": 1, "y": 2}
-    assert problems == ("A cell took longer than 5 s and was stopped.",)
+    assert problems == (Problem.of(Code.CELL_TIMED_OUT, seconds=5),)
 
 
 @pytest.mark.scheduled
@@ -158,19 +159,19 @@ def test_a_submission_that_will_not_stop_is_stopped_at_the_deadline_and_keeps_wh
     stubborn = "import time\nwhile True:\n    try:\n        time.sleep(1)\n    except KeyboardInterrupt:\n        pass"
     answers, problems = run(course, "answers = {'x': 1}", stubborn, limits=runner.Limits(cell=1000, submission=15))
     assert answers == {"x": 1}
-    assert problems == ("The run took longer than 15 s and was stopped.",)
+    assert problems == (Problem.of(Code.RUN_TIMED_OUT, seconds=15),)
 
 
 def test_a_kernel_that_dies_costs_the_rest_of_its_notebook_only(course):
     answers, problems = run(course, "answers = {'x': 1}", "import os\nos._exit(3)", "answers = {'y': 2}")
     assert answers == {"x": 1, "y": 2}
-    assert len(problems) == 1 and "died" in problems[0]
+    assert problems == (Problem.of(Code.PYTHON_DIED),)
 
 
 def test_a_submission_that_kills_what_runs_it_keeps_what_it_had(course):
     answers, problems = run(course, "answers = {'x': 1}", "import os, signal\nos.kill(os.getppid(), signal.SIGKILL)")
     assert answers == {"x": 1}
-    assert problems == ("The run ended before all notebooks were run.",)
+    assert problems == (Problem.of(Code.RUN_ENDED_EARLY),)
 
 
 def test_no_process_outlives_a_run_and_a_flood_of_output_does_no_harm(course):
