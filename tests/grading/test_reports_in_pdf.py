@@ -72,7 +72,8 @@ def hand_in(folder, files):
 def test_whatever_its_name_became_it_is_the_report_and_no_file_of_ones_own(tmp_path, name):
     hand_in(tmp_path, {f"work/{name}": blank(), "work/data sheet.pdf": blank(2)})
     found = taken(tmp_path)
-    assert found.problems() == [] and bool(found.notes) == (name != NAME)
+    renamed = [(Code.TAKEN_BY_NAME, NAME)] if name != NAME else []
+    assert found.problems() == [] and codes(found.notes) == [*renamed, (Code.OTHER_PDF, "data sheet.pdf")]
     read, _notes = intake.newest(found.items, ["a.ipynb"], [NAME])
     assert (read.reports, read.files) == ({NAME: blank()}, {"data sheet.pdf": blank(2)})
 
@@ -88,7 +89,8 @@ def test_what_is_no_pdf_or_too_large_is_told_and_kept_nowhere(tmp_path, data, wh
     hand_in(tmp_path, {f"work/{NAME}": data})
     found = taken(tmp_path)
     assert [item.name for item in found.items] == ["a.ipynb"]
-    assert found.problems() == [Problem.of(Code.REPORT_UNREAD, NAME, why=why)]
+    (problem,) = found.problems()
+    assert (problem.code, problem.where, problem.parameters["why"]) == (Code.REPORT_UNREAD, NAME, why)
 
 
 def test_a_report_that_could_not_be_read_is_no_problem_once_it_was_handed_in_again(tmp_path):
