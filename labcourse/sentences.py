@@ -13,16 +13,14 @@ from labcourse.safe_text import no_escapes
 _LONGEST_NAME, _MOST_NAMES = 120, 5  # characters of a name in a sentence, and names
 _MOST_CELLS = 6  # that are named before "and 12 more"
 _MOST_QUESTIONS = 2  # that are named before "and 12 more"
-_ALONE = "It counts as {owners}'s alone, on their own bench"
+_ALONE = "it counts as {owners}'s alone, on their own bench"
 
 
 def sentence(reason: Reason) -> str:
     """Say a problem in words. The words of a key or a person are returned as they are, without control characters."""
     if isinstance(reason, str):
         return no_escapes(reason)
-    template = _SENTENCES[reason.code]
-    text = template if isinstance(template, str) else template(reason)
-    return no_escapes(_FORMATTER.vformat(text, (), _Values(reason)))
+    return no_escapes(_FORMATTER.vformat(template(reason), (), _Values(reason)))
 
 
 def sentences(reasons: Iterable[Reason]) -> list[str]:
@@ -36,10 +34,10 @@ def quoted(name: str) -> str:
     return repr(cut.encode("utf-8", "replace").decode())
 
 
-def template(code: Code) -> str:
-    """Return the sentence of a code with the names of its parameters in braces, for the table of problems."""
-    text = _SENTENCES[code]
-    return text if isinstance(text, str) else text(Problem(code))
+def template(problem: Problem) -> str:
+    """Return the sentence about a problem with the names of its parameters in braces, for the table of problems."""
+    text = _SENTENCES[problem.code]
+    return text if isinstance(text, str) else text(problem)
 
 
 class _Values(dict[str, Any]):
@@ -197,22 +195,22 @@ def _cells_changed(problem: Problem) -> str:
 _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     # who handed in
     Code.OTHER_STUDENT_NAMED: (
-        "course.json names the student {named!r}; this counts as {owner!r}'s work, because it was handed in under that "
-        "name. If it is not theirs, rename it."
+        "course.json names the student {named!q}, but the submission was handed in under the name of {owner!q}, and "
+        "counts as theirs. If it is not, an instructor has to decide it in intake.csv."
     ),
     Code.PARTNERS_UNCONFIRMED: (
-        f"course.json says that it was made with {{partners}}, which nobody has confirmed. {_ALONE}, until then."
+        f"course.json says that the work was made with {{partners}}, which nobody has confirmed. Until then, {_ALONE}."
     ),
     Code.PARTNERS_DECLINED: (
-        f"course.json says that it was made with {{partners}}. {_ALONE}, as the instructor decided."
+        f"course.json says that the work was made with {{partners}}. As the instructor decided, {_ALONE}."
     ),
-    Code.PARTNER_UNKNOWN: "course.json names {partner!q} as a partner, who is unknown.",
+    Code.PARTNER_UNKNOWN: "course.json names {partner!q} as a partner, and no student is known by that ID.",
     Code.TOO_MANY_PARTNERS: "course.json names more than {most} partners: {partners} are left out.",
-    Code.NOT_ON_ROSTER: "{student} is not on the roster: by the name of {where!q} alone.",
+    Code.NOT_ON_ROSTER: "{student} is not on the roster; only the name of {where!q} says that it is theirs.",
     Code.HANDED_IN_BY_PARTNER: "Handed in by {partner}: their course.json says that it was made together.",
     Code.DECLINED_AS_PARTNER: (
-        "The course.json of {owners} names {student} as a partner. It does not count for you, as the instructor "
-        "decided."
+        "The course.json of {owners} names you as a partner. As the instructor decided, their work does not count "
+        "for you."
     ),
     Code.CONFIRMATION_NEEDED: "The work of {names} names you as a partner. Your instructor has to confirm it.",
     Code.GIVEN_TO_OWNER: "{where} is {owner}'s, as the instructor decided.",
@@ -245,15 +243,18 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.SEVERAL_PIECES: "it is compressed in several pieces. Use an ordinary zip.",
     Code.UNUSUAL_HEADERS: "its headers are unusual or too long. Use an ordinary zip.",
     Code.PACKED_OTHERWISE: "it is packed in a way that is not read. Unpack it, or ask for an ordinary zip.",
-    Code.TOO_MANY_ARCHIVES: "of archives in a submission, {most} are read, {nested} in each other.",
+    Code.TOO_MANY_ARCHIVES: (
+        "of a submission, {most} archives are read, and not more than {nested} within each other; it is one too many."
+    ),
     Code.THERE_TWICE: "it is there twice; the first is taken.",
     Code.TOO_DEEP: "it lies deeper than {most} folders.",
-    Code.NOT_A_FILE: "it is a link, or another thing than a file.",
-    Code.LEADS_OUTSIDE: "its name leads outside.",
+    Code.NOT_A_FILE: "it is a link, or something else that is not a file.",
+    Code.LEADS_OUTSIDE: "its path leads outside the archive.",
     Code.LONG_PATH: "its path has more than {most} characters.",
     Code.NEWER_OF_SAME_NAME: "there is a newer one of the same name.",
     Code.SEVERAL_HAND_INS: (
-        "it holds the hand-ins of several. Put a class's into a folder of its own; rename a student's to the ID."
+        "it seems to hold the submissions of several students. If it does, put it into a folder of its own; if it is "
+        "one student's, rename it to the student's ID."
     ),
     Code.NO_FOLDER_NO_ZIP: "it is neither a folder nor a zip.",
     Code.WRITTEN_BY_PLATFORM: "{platform} itself wrote it.",
@@ -302,15 +303,15 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.OTHER_PDF: "{where} has the name of no report. It came along as a file of yours, and is not read as a report.",
     Code.FILE_UNREAD: "{where} is not read: {why!b}.",
     Code.COURSE_FILE_UNREAD: "{error}",
-    Code.FILE_AND_FOLDER: "{some_files}: not taken along: a file has the name of its folder.",
+    Code.FILE_AND_FOLDER: "{some_files}: not taken along: there is a folder of the same name.",
     Code.OUTSIDE_THE_FOLDER: "{some_files}: not taken along: not in the notebooks' folder.",
     Code.OWN_FILE_REFUSED: "{where} does not come along: {why!b}.",
     Code.MORE_OWN_FILES_REFUSED: _counts(
         "One more file of yours does not come along, either.", "{count} more files of yours do not come along, either."
     ),
-    Code.ARRIVED: "Of {time} UTC ({source}): {names}.",
+    Code.ARRIVED: "From the submission of {time} UTC ({source}): {names}.",
     Code.OTHER_ASSIGNMENT: (
-        "{where} in {source} is not taken, as this is for {title}; the version that was handed in before counts."
+        "{where} in {source} is not taken, as only {title} is graded now; the version that was handed in before counts."
     ),
     # who was erased
     Code.ERASED_HANDED_IN: (
@@ -318,8 +319,8 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "({sources}). If they begin anew, use --again {student}."
     ),
     Code.ERASED_NAMED: (
-        "{student} handed in work that names {partner}, who was erased on {when}: take {partner} out of its "
-        "course.json and its name, or the gradebook names them again."
+        "{student} handed in work that names {partner}, who was erased on {when}: take {partner} out of the "
+        "submission's course.json and name, or the gradebook names them again."
     ),
     # why an own file does not come along
     Code.CHANGES_SETTINGS: "it would change {program}'s settings.",
@@ -343,7 +344,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.TOO_MANY_LINES: "its cells have more than {most} lines.",
     Code.CELLS_TOO_LARGE: "its {kind} cells have more than {most} bytes.",
     Code.PASTED_PICTURE_LEFT_OUT: (
-        "{place}the picture {picture!q} in its cell {cell} is left out: together, they are too large."
+        "{place}the picture {picture!q} in its cell {cell} is left out: the notebook's pictures are too large together."
     ),
     Code.CELL_TOO_LONG: "{place}its cell {cell} is left out: it has more than {most} characters.",
     Code.CELL_REPEATED: "{place}the cell {cell} is there {times} times; all of them are run, in order.",
@@ -366,7 +367,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.TEXT_COPIES_DIFFER: (
         "{place}there are {count} copies of its cell that differ; all are read, one after the other."
     ),
-    Code.PICTURE_LEFT_OUT: "{place}the picture {picture!q}: {why!b}.",
+    Code.PICTURE_LEFT_OUT: "{place}the picture {picture!q} is left out: {why!b}.",
     Code.TOO_MANY_PICTURES: "{place}more than {most} pictures: the first {most} are shown.",
     Code.PICTURE_NOT_IN_CELL: "it is not in the cell; paste it again.",
     Code.PICTURE_NOT_IN_NOTEBOOK: "it is not in the notebook; paste it into the cell.",
@@ -390,7 +391,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.RELEASE_CONTRADICTED: "course.json names the release {named}, but the notebooks are those of {release}.",
     Code.RELEASE_UNKNOWN: (
         "course.json names the release {named!q}, which is not among the releases in {folder}/. Until your instructor "
-        "puts the zip that was handed out there, {closest} counts, which the notebooks resemble most."
+        "puts the zip of that release into it, {closest} counts, which the notebooks resemble most."
     ),
     Code.RELEASE_EARLIER: "Run and marked under an earlier release, {release}.",
     Code.CLAIM_UNREAD: "The student's own answers.json cannot be read, and is not compared: {error}",
@@ -404,7 +405,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.RESULT_UNREAD: "{where} cannot be read: {error!b}.",
     Code.GRADING_FAILED: "Grading failed, which is not the student's fault: {error}",
     Code.EARLIER_MARKS_STAY: ("Grading failed, which is not the student's fault: {error!b}. The earlier marks stay."),
-    Code.UNKNOWN: "This version does not know what {named!q} means.",
+    Code.UNKNOWN: "Another version stored the message {named!q}, which this version does not know.",
     # cells that stopped, and what it cost
     Code.CELL_STOPPED: _stopped,
     Code.STOPPED_WITHOUT_COST: "{cell_name} stopped: {why!b}; no answer is missing for it.",
@@ -457,7 +458,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.ANSWERS_UNREAD: "answers.json cannot be read. {error}",
     Code.ANSWER_TO_NOTHING: "Ignored an answer to {number!q}, {name!q}: there is no such thing.",
     Code.MORE_OF_THIS_SORT: "And {count} more of this sort.",
-    Code.ANSWERS_OF_ANOTHER: "The answers say that they are {student!q}'s.",
+    Code.ANSWERS_OF_ANOTHER: "The answers say that they are those of {student!q}.",
     Code.ANSWERS_OF_ANOTHER_BENCH: (
         "The answers say that they come from another bench than the one on which they were run: {bench}. They are "
         "marked by the one on which they were run."
@@ -502,11 +503,11 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.TODO_OLDER_FILE_COUNTS: "an older file counts: {problem!t}",
     Code.TODO_ASK_AGAIN: "could not be graded: {problem!t} Ask for it again.",
     Code.TODO_DECIDE_OWNER: "there is a doubt about who did it. Decide it in MARKS/intake.csv.",
-    Code.TODO_OTHER_BENCH: "the answers are of another bench. Decide it in MARKS/intake.csv.",
+    Code.TODO_OTHER_BENCH: "the answers say that they come from another bench. Look at the notebooks.",
     Code.TODO_ADD_RELEASE: "a release is unknown. Put its zip where the message says.",
     Code.TODO_LOOK_AT_RECORDING: "a recording does not count until you have looked at it.",
     Code.TODO_NEWER_FILE_EMPTY: "a newer file is empty, so that an older one counts. Look at both.",
-    Code.TODO_LOOK_AT_TEXT: "part of a text is not read. Look at it.",
+    Code.TODO_LOOK_AT_TEXT: "part of a text is not read, or a picture or a cell is left out. Look at it.",
     Code.TODO_MEND_KEY: "could not be graded: {problem!t} Mend the key.",
     Code.TODO_OLDER_KEY: "marks are of an older key, or of an older version.",
     Code.TODO_MARK_LAPSED: "a person's mark for {answer} lapsed, as the answer or its points changed.",
@@ -533,12 +534,12 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.MISNAMED: _misnamed,
     Code.NOT_THERE: _not_there,
     # a check at home
-    Code.HOME_ANSWERS_UNREAD: "{where} cannot be compared with. {error}",
+    Code.HOME_ANSWERS_UNREAD: "There is nothing to compare with: {where} cannot be read. {error}",
     Code.HOME_ANSWERS_ABSENT: (
         "There is no {where} here: nothing was recorded on the page. That costs no points, for your notebooks are run "
         "anew. But what they answer then cannot be compared with what you saw."
     ),
-    Code.HOME_ANSWERS_OF_ANOTHER: "{where} has the answers of {student!q}, and is not compared with.",
+    Code.HOME_ANSWERS_OF_ANOTHER: "{where} has the answers of {student!q}. Nothing is compared with them.",
     Code.ANSWERS_UNLIKE: (
         "Your notebooks, as they are saved and run from the first cell to the last, do not give what is on your page: "
         "{answers!c}. Save them (Ctrl+S), and check again. If that changes nothing, choose Kernel → Restart Kernel and "
@@ -547,7 +548,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.CELLS_CHANGED: _cells_changed,
     Code.OTHER_RELEASE_BEGUN: (
         "This folder was begun with release {begun} of the course, and is checked with {here}, which is installed. "
-        "Started once more, {command} lab brings the folder to it, and touches no answer."
+        "Start {command} lab once more: it brings the folder to that release, and touches no answer."
     ),
     Code.OLDER_PYTHON_GRADES: (
         "Your Python is {here}, and Python {there} grades: a cell with newer syntax than that stops there."
