@@ -31,7 +31,7 @@ from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, Task, causes, todo
 from labcourse.grading.verdicts import Status
 from labcourse.messages import plural, shortened
-from labcourse.problems import NOT_COUNTED, Code, Problem, codes
+from labcourse.problems import NOT_COUNTED, Code, Problem
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
 from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
@@ -46,7 +46,6 @@ _HINTS = (
     "As {program} grade or report wrote them into hints.md. It may be chance, or help that you allow. No mark depends "
     "on it. Ask before you conclude anything."
 )
-_STOPS = {Code.CELL_STOPPED, Code.STOPPED_WITHOUT_COST, Code.STOPPED_ON_UNANSWERED, Code.STOPPED_ON_REFUSED}
 _WENT_WRONG = (Status.WRONG, Status.PARTLY)
 _JUDGED = (*_WENT_WRONG, Status.RIGHT, Status.FOLLOW_THROUGH)
 
@@ -520,7 +519,7 @@ def _details(student: Student) -> list[str]:
 def _stopped(student: Student) -> list[str]:
     """Return the messages on cells of a student that stopped, and cost answers."""
     problems = () if student.graded is None else student.graded.run.problems
-    return sentences(one for one in problems if codes(one) & _STOPS)
+    return sentences(one for one in problems if isinstance(one, Problem) and one.code is Code.CELL_STOPPED)
 
 
 def _of_assignment(of: Class, one: Assignment) -> dict[str, Any]:

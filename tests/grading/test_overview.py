@@ -262,7 +262,10 @@ def test_a_problem_of_a_later_version_is_shown_and_to_do_and_stops_nothing(book,
     assert {one.part: one.reason for one in current.marks}["omega_n"] == known
     what = Problem.of(Code.TODO_FAILED, problem=known)
     assert tasks(book)[what][0] == ("ada",)
-    assert sentence(what) == "could not be graded: This version does not know what 'of_tomorrow' means."
+    assert (
+        sentence(what)
+        == "could not be graded: Another version stored the message 'of_tomorrow', which this version does not know."
+    )
     assert sentence(what) in text(book)
     Reports(tmp_path / "out", term(), book).write_all()
     page = page_text((tmp_path / "out" / "ada" / "feedback.html").read_text(encoding="utf-8"))

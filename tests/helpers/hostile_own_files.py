@@ -81,7 +81,7 @@ def _claims(path: Path, outside: Outside) -> None:
 
 
 def _says_it_is_anothers(path: Path, outside: Outside) -> None:
-    partners = [HONEST[0], *HONEST, "'; DROP TABLE--", "\x1b[2J", 7, ["a"]] * 9
+    partners = [*HONEST, *HONEST, "'; DROP TABLE--", "\x1b[2J", 7, ["a"]] * 9
     (path / "course.json").write_text(json.dumps({"student": path.name, "with": partners}))
 
 

@@ -37,7 +37,7 @@ def fields(code):
 
 def test_each_code_has_a_sentence_and_no_sentence_has_another():
     assert {*_SENTENCES} == {*Code}
-    assert all(template(code).strip() for code in Code)
+    assert all(template(Problem(code)).strip() for code in Code)
     assert all(code.value == code.name.lower() for code in Code)
 
 

@@ -252,7 +252,7 @@ class _Reader:
         self._used.update(paths)
         if len(paths) > 1:
             path, why = self._chosen(name, candidates)
-            others = [other for other in paths if other != path and self._differs(other, path)]
+            others = [other for other in paths if other != path and self._is_lost(name, other, path)]
             if others:
                 about = {"count": len(others) + 1, "chosen": path, "why": why, **named(others)}
                 self.contents.notes.append(Problem.of(Code.ONE_OF_SEVERAL, name, **about))
@@ -286,11 +286,15 @@ class _Reader:
         when = {"saved": f"{saved[path]:%Y-%m-%d %H:%M}"} if saved[path] > _OLD else {}
         return path, Problem.of(Code.CHOSEN_BY_TIME, cells=max(written[path], 0), **when)
 
-    def _differs(self, path: str, chosen: str) -> bool:
-        """Return whether a file holds anything else than the one that counts; files that cannot be read do."""
+    def _is_lost(self, name: str, path: str, chosen: str) -> bool:
+        """Return whether a student made something in a file that the one that counts does not have.
+
+        Files that cannot be read may hold anything.
+        """
         if is_notebook(path):
             one, other = self._notebook(path), self._notebook(chosen)
-            return not (isinstance(one, Notebook) and isinstance(other, Notebook) and one.cells == other.cells)
+            same = isinstance(one, Notebook) and isinstance(other, Notebook) and one.cells == other.cells
+            return not same and self._written(name, path) != 0
         try:
             return self._read(path, report_files.MAX_BYTES) != self._read(chosen, report_files.MAX_BYTES)
         except Unreadable:

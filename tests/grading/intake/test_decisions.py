@@ -34,14 +34,12 @@ FULLER = notebook(A, "x = 1").replace(b"pass  # q1-2", b"y = 2  # longer")
 @pytest.mark.parametrize(
     ("plain", "copy", "taken"),
     [
-        ((LATE, EMPTY), (EARLY, ANSWERED), COPY),  # who downloaded the course again has not emptied their work
         ((LATE, ANSWERED), (EARLY, FULLER), A),
         ((EARLY, FULLER), (LATE, ANSWERED), COPY),
         ((LATE, ANSWERED), (LATE, FULLER), COPY),
-        ((LATE, ANSWERED), (LATE, ANSWERED), A),
         ((LATE, b"{"), (EARLY, EMPTY), COPY),
     ],
-    ids=["newer but empty", "newer original", "newer copy", "fuller", "equal", "unreadable or empty"],
+    ids=["newer original", "newer copy", "fuller", "unreadable or empty"],
 )
 def test_of_two_files_the_newer_counts_else_the_fuller_and_both_are_named(tmp_path, plain, copy, taken):
     for name, (when, content) in ((A, plain), (COPY, copy)):
@@ -57,6 +55,14 @@ def test_of_two_files_the_newer_counts_else_the_fuller_and_both_are_named(tmp_pa
     other_content = plain[1] if other == A else copy[1]
     if other_content != b"{":
         assert source_of_first(decided) == json.loads(other_content)["cells"][0]["source"]
+
+
+@pytest.mark.parametrize("other", [(EARLY, ANSWERED), (LATE, EMPTY)], ids=["equal", "empty"])
+def test_a_file_in_which_nothing_else_is_written_is_no_row(tmp_path, other):
+    for name, (when, content) in ((A, (LATE, ANSWERED)), (COPY, other)):
+        lay(tmp_path / "ada", {name: content}, when)
+    delivered = read(tmp_path)
+    assert source_of_first(delivered) == "x = 1" and (delivered.doubts, delivered.notes) == ([], [])
 
 
 def test_a_decision_for_a_file_that_is_not_there_is_reported(tmp_path):
