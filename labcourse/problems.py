@@ -338,6 +338,8 @@ NOT_COUNTED = (
     *(Code.PICTURE_LEFT_OUT, Code.TOO_MANY_PICTURES, Code.PASTED_PICTURE_LEFT_OUT),
 )
 
+Where = tuple[str, str]  #: question and part
+
 #: Why a mark is what it is: the words of a key or a person, or a problem.
 Reason = str | Problem
 

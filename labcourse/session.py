@@ -14,12 +14,13 @@ from labcourse import clock, course_file, courses, files, job, program, student_
 from labcourse.answers import cell_reports, forms, left_out, reflection
 from labcourse.answers.answers import AnswerBook, ResultsTable, student_in
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import Question, Where
+from labcourse.answers.parts import Question
 from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.words import SavedTexts
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
+from labcourse.problems import Where
 from labcourse.report import making, recorded_figures
 from labcourse.run import by_program, from_notebook, place
 from labcourse.run.from_notebook import cell_now

@@ -15,7 +15,8 @@ from labcourse.answers.json_values import thin
 from labcourse.answers.parts import Part
 from labcourse.grading.marking.checks import EVALUATION_ERRORS, refused_recording
 from labcourse.grading.marking.expression_checks import at
-from labcourse.grading.verdicts import Case, Status, Verdict, follow_through, for_a_person, right, wrong
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case, Verdict, follow_through, for_a_person, right, wrong
 from rotflex import link, observers, response, sampled
 from rotflex.controller import Controller
 from rotflex.course import spare_design

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from labcourse.answers.json_values import thin
 from labcourse.answers.parts import Part
 from labcourse.grading.marking.checks import misfit, refused_recording
-from labcourse.grading.verdicts import Case, Status, Verdict, follow_through, for_a_person, partly, right, wrong
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case, Verdict, follow_through, for_a_person, partly, right, wrong
 from rotflex import response
 from rotflex.errors import RotflexError
 from rotflex.recording import Recording

@@ -10,7 +10,7 @@ import rotflex.course.lab
 from labcourse.errors import AnswerError
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
-from labcourse.grading.verdicts import Status
+from labcourse.grading.marks import Status
 from rotflex import experiments, identification
 from rotflex.course import practice
 from rotflex.errors import ConfigurationError

@@ -14,8 +14,9 @@ from typing import Any
 
 from labcourse import course_file
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import Part, Question, Where
+from labcourse.answers.parts import Part, Question
 from labcourse.errors import ConfigurationError
+from labcourse.problems import Where
 
 
 def reduced(catalogue: Catalogue, notebooks: Collection[str]) -> Catalogue:

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from labcourse.answers.json_values import FormError, check_given, read_vector, rounded
 from labcourse.errors import AnswerError
+from labcourse.problems import Where
 
 
 @dataclass(frozen=True)
@@ -124,9 +125,6 @@ def _array(piece: Any) -> NDArray[Any] | None:
     except (TypeError, ValueError):
         return None
     return array if array.dtype.kind in "iufc" else None
-
-
-Where = tuple[str, str]  #: (question, part)
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,11 @@ from labcourse.answers import forms, json_values
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.forms import FormError, NotAnswered
 from labcourse.answers.json_values import clean
-from labcourse.answers.parts import Predictable, Where
+from labcourse.answers.parts import Predictable
 from labcourse.course_file import OFF, ON, REFLECT
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
 from labcourse.messages import plural
+from labcourse.problems import Where
 
 if TYPE_CHECKING:
     from labcourse.answers.answers import AnswerBook

@@ -28,9 +28,8 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.forms import STUBS, of_few_words
 from labcourse.answers.json_values import clean
 from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell, Notebook, NotebookError, why_unread
-from labcourse.answers.parts import Where
 from labcourse.patterns import CELL, SHORT, pattern
-from labcourse.problems import Code, Problem
+from labcourse.problems import Code, Problem, Where
 
 KEY = "labcourse"  #: of a cell's metadata: {"question": ..., "part": ...}
 INSTRUCTOR = "instructor"  #: tag of cells that only an instructor's notebook has

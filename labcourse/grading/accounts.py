@@ -16,10 +16,9 @@ from typing import Any
 
 from labcourse.grading.assignments import Handed, State, Timing, Work, exact, least, of_course, works
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import MarkRecord, StudentRecord
-from labcourse.grading.marking.marking import Mark
+from labcourse.grading.gradebook import StudentRecord
+from labcourse.grading.marks import UNDECIDED, Mark
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings
-from labcourse.grading.verdicts import UNDECIDED
 from labcourse.messages import plural
 from labcourse.student_id import caseless
 
@@ -392,7 +391,7 @@ def account_of(course: Course, handed: Handed, when: datetime | None = None) -> 
     return Account(tuple(grades), settings.late)
 
 
-def _item(mark: MarkRecord | Mark, notebook: str, work: Work | None, settings: CourseSettings) -> Item:
+def _item(mark: Mark, notebook: str, work: Work | None, settings: CourseSettings) -> Item:
     """Return a mark as it counts. It is not decided if the file cannot be read, or while its time may cost points."""
     marks, where, due = settings.marks, (mark.question, mark.part), None if work is None else work.timing
     unread = work is not None and work.is_unread

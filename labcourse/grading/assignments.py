@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING
 
 from labcourse import clock
 from labcourse.errors import GradingError
-from labcourse.grading.gradebook import Arrival, Excuse, Graded, MarkRecord, Publication, StudentRecord
+from labcourse.grading.gradebook import Arrival, Excuse, Graded, Publication, StudentRecord
 from labcourse.grading.graded_run import facts_of, is_failed
 from labcourse.grading.intake import is_unread
-from labcourse.grading.marking.marking import Mark
+from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension
-from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.problems import Code, has
 from labcourse.student_id import caseless
 
@@ -238,7 +237,7 @@ class Handed:
     """
 
     student: StudentRecord
-    marks: Sequence[MarkRecord | Mark] = ()
+    marks: Sequence[Mark] = ()
     received: Mapping[str, Arrival] = field(default_factory=dict)
     graded: Graded | None = None
     excuses: Mapping[str, Excuse] = field(default_factory=dict)
@@ -277,7 +276,7 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
     return found
 
 
-def _statuses(course: Course, marks: Iterable[MarkRecord | Mark]) -> dict[str, set[str]]:
+def _statuses(course: Course, marks: Iterable[Mark]) -> dict[str, set[Status]]:
     """Return notebook, without ending → the statuses of the marks in it that count."""
     found = defaultdict[str, set[str]](set)
     for mark in marks:
@@ -286,7 +285,7 @@ def _statuses(course: Course, marks: Iterable[MarkRecord | Mark]) -> dict[str, s
     return found
 
 
-def _state_if_there(handed: Handed, name: str, statuses: set[str], undecided_time: bool) -> State | None:
+def _state_if_there(handed: Handed, name: str, statuses: set[Status], undecided_time: bool) -> State | None:
     """Return the state of a notebook that was handed in; None if it was not."""
     file, graded = f"{name}.ipynb", handed.graded
     if file not in handed.received and statuses <= _NOTHING_GIVEN:

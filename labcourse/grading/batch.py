@@ -22,31 +22,22 @@ from typing import Any
 import labcourse
 from labcourse.answers import report_files, schema
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import Where
 from labcourse.benches import REAL
 from labcourse.errors import AnswerError, CourseError, GradingError, IsolationError
 from labcourse.files import COURSE_FILE
 from labcourse.grading import graded_run, intake
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import (
-    GIVEN_BY_A_PERSON,
-    Delivery,
-    EarlierRun,
-    Gradebook,
-    Graded,
-    MarkRecord,
-    RunRecord,
-)
+from labcourse.grading.gradebook import Delivery, EarlierRun, Gradebook, Graded, RunRecord
 from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.marking_processes import Marker, marking_digest
+from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.running import runner
 from labcourse.grading.running.bundle import Bundle, Bundles
 from labcourse.grading.running.prepared import Prepared, content_digest, prepare
 from labcourse.grading.running.supplied import Supplied, values_for
 from labcourse.grading.settings import Assignment
-from labcourse.grading.verdicts import UNDECIDED, Status
-from labcourse.problems import Code, Problem, Reason
+from labcourse.problems import Code, Problem, Reason, Where
 from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
 
@@ -465,10 +456,10 @@ class Batch:
         # The class may get another notebook later. This work was not asked for it.
         return [(number, name) for number, question in asked.marked.items() for name in question.names]
 
-    def _no_points(self, reason: Problem, status: Status, bundle: Bundle) -> tuple[MarkRecord, ...]:
+    def _no_points(self, reason: Problem, status: Status, bundle: Bundle) -> tuple[Mark, ...]:
         """Return marks without points for all that the release asks."""
         marks = marking.nothing_earned(self._course, reason, status, marking.Context(asked=self._asked(bundle)))
-        return graded_run.mark_records(tuple(marks))
+        return tuple(marks)
 
 
 def _code_digest() -> str:
@@ -723,6 +714,6 @@ def _store_regraded(gradebook: Gradebook, regraded: Regraded, questions: Collect
     unchanged = tuple(
         {"question": mark.question, "part": mark.part, "points": mark.points, "by_key": by_key[mark.where]}
         for mark in after.marks
-        if mark.status == GIVEN_BY_A_PERSON and by_key.get(mark.where, mark.points) != mark.points
+        if mark.status == Status.BY_A_PERSON and by_key.get(mark.where, mark.points) != mark.points
     )
     return replace(regraded, after=after, unchanged=unchanged)

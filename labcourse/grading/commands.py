@@ -739,7 +739,7 @@ def mark(
     Points that a person gave are replaced only if --expect states them. So if two persons mark the same answer, the
     second one gets a message with the name of the first.
     """
-    from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON
+    from labcourse.grading.marks import Status
 
     with _gradebook(marks) as book:
         graded = book.current(student)
@@ -747,8 +747,8 @@ def mark(
         expected = seen
         if seen and expect is not None and f"{expect:g}" != f"{seen.points:g}":  # 1/3 is shown as 0.333333
             expected = dataclasses.replace(seen, points=expect)
-        elif seen and expect is None and seen.status == GIVEN_BY_A_PERSON:
-            expected = dataclasses.replace(seen, status=FOR_A_PERSON)
+        elif seen and expect is None and seen.status == Status.BY_A_PERSON:
+            expected = dataclasses.replace(seen, status=Status.FOR_A_PERSON)
         book.set_mark(student, question, part, points, reason, by, expected)
     shown = textwrap.shorten(seen.given if seen else "", _ANSWER_LENGTH, placeholder="…")
     say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. {program.name()} report writes it down.")

@@ -23,7 +23,7 @@ from labcourse import program
 from labcourse.answers import schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Cell, Notebook, as_released
-from labcourse.answers.parts import Part, Question, Where
+from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError, GradingError
 from labcourse.grading import outcomes, sheets
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course
@@ -32,13 +32,14 @@ from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.checks import ForAPerson, wrong_answer
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import KeyFault
+from labcourse.grading.marks import Status
 from labcourse.grading.release import percent, student_course, student_notebooks
 from labcourse.grading.release.student_notebooks import BEGIN, INSTRUCTOR_TAG, PARAMETERS_TAG, is_answer
 from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.scoring import rubric
-from labcourse.grading.verdicts import Case, Check, OwnAnswers, Status
-from labcourse.problems import Problem, Reason
+from labcourse.grading.verdicts import Case, Check, OwnAnswers
+from labcourse.problems import Problem, Reason, Where
 from labcourse.run import reasons
 from labcourse.run.alignment import recorded
 from labcourse.run.merge import Merged, merged

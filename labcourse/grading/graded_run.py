@@ -16,16 +16,15 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 
 from labcourse.answers import answers
 from labcourse.answers.cell_reports import Reports
-from labcourse.answers.parts import Where
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
 from labcourse.errors import AnswerError
-from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
-from labcourse.grading.marking.marking import Context, Mark
+from labcourse.grading.gradebook import Graded, RunRecord
+from labcourse.grading.marking.marking import Context
 from labcourse.grading.marking.marking_processes import Marker, MarkingJob
-from labcourse.grading.verdicts import Status
-from labcourse.problems import Code, Problem, as_json, from_json, has
+from labcourse.grading.marks import Mark, Status
+from labcourse.problems import Code, Problem, Where, as_json, from_json, has
 
 #: Bytes that are written to JSON as base64 of their compressed form.
 _Compressed = Annotated[
@@ -146,24 +145,19 @@ def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
     facts, marked = facts_of(run), marker.mark(marking_job(run))
     problems = dict.fromkeys((*facts.problems, *marked.problems))
     notes = dict.fromkeys((*facts.notes, *marked.notes))
-    marks = with_unconfirmed(mark_records(marked.marks), facts)
+    marks = with_unconfirmed(marked.marks, facts)
     return Graded(replace(run, problems=tuple(problems), notes=tuple(notes)), marks, key_digest)
 
 
-def with_unconfirmed(marks: tuple[MarkRecord, ...], facts: Facts) -> tuple[MarkRecord, ...]:
+def with_unconfirmed(marks: tuple[Mark, ...], facts: Facts) -> tuple[Mark, ...]:
     """Return the marks; while nobody has confirmed a partner who handed in for the student, missing answers wait."""
     waiting, why = {*facts.waits}, Problem.of(Code.PARTNER_NOT_CONFIRMED)
     return tuple(
-        replace(mark, status=Status.UNCONFIRMED.value, reason=why)
+        replace(mark, status=Status.UNCONFIRMED, reason=why)
         if mark.where in waiting and mark.status == Status.MISSING
         else mark
         for mark in marks
     )
-
-
-def mark_records(marks: tuple[Mark, ...]) -> tuple[MarkRecord, ...]:
-    """Return marks as the gradebook stores them."""
-    return tuple(MarkRecord(**{**vars(mark), "status": mark.status.value}) for mark in marks)
 
 
 def is_failed(run: RunRecord) -> bool:

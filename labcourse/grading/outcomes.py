@@ -27,10 +27,10 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import GradingError
 from labcourse.grading.accounts import points
 from labcourse.grading.course import OUTCOMES_FILE, Course
-from labcourse.grading.gradebook import GIVEN_BY_A_PERSON, Gradebook, MarkRecord, StudentRecord
+from labcourse.grading.gradebook import Gradebook, StudentRecord
+from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.result import account_in
 from labcourse.grading.settings import SHARE_DIGITS, CourseSettings, MarkSettings, read_toml, refuse
-from labcourse.grading.verdicts import UNDECIDED
 from labcourse.messages import plural
 from labcourse.safe_text import as_csv
 from labcourse.student_id import caseless
@@ -52,7 +52,7 @@ class Judged:
     """A part of a student's work: the code that it gives evidence of, and its mark."""
 
     code: str
-    mark: MarkRecord
+    mark: Mark
 
     @property
     def decided(self) -> bool:
@@ -62,7 +62,7 @@ class Judged:
     @property
     def by_a_person(self) -> bool:
         """Whether a person gave its points."""
-        return self.mark.status == GIVEN_BY_A_PERSON
+        return self.mark.status == Status.BY_A_PERSON
 
 
 class Evidence(NamedTuple):
@@ -101,9 +101,7 @@ class Standing(NamedTuple):
     parts: list[Judged]
 
 
-def standing(
-    about: StudentRecord, marks: Iterable[MarkRecord], catalogue: Catalogue, counted: MarkSettings
-) -> Standing:
+def standing(about: StudentRecord, marks: Iterable[Mark], catalogue: Catalogue, counted: MarkSettings) -> Standing:
     """Return a student's parts that carry a code; ``counted`` says which are dropped, and so are no evidence."""
     codes = {
         (number, part.name): part.outcome

@@ -17,21 +17,20 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from labcourse import clock, program
-from labcourse.answers.parts import Where
 from labcourse.grading.accounts import Account, AssignmentGrade, in_full, points, worth
 from labcourse.grading.assignments import State, short
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Act, Answer, Gradebook, Graded, MarkRecord
+from labcourse.grading.gradebook import Act, Answer, Gradebook, Graded
 from labcourse.grading.graded_run import key_faults
+from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import hints, intake_table
 from labcourse.grading.reports.changes import changed_in, state_text
 from labcourse.grading.reports.result import account_in, lapse, received, without_numbers
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, Task, causes, todo
-from labcourse.grading.verdicts import Status
 from labcourse.messages import plural, shortened
-from labcourse.problems import NOT_COUNTED, Code, Problem
+from labcourse.problems import NOT_COUNTED, Code, Problem, Where
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
 from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
@@ -621,7 +620,7 @@ def waiting(answers: Sequence[Answer], acts: Sequence[Act], order: Sequence[str]
 
 def slips(runs: Iterable[Graded]) -> list[Slip]:
     """Find the parts that many students got wrong, among the answers that the key judged; the largest share first."""
-    judged: dict[Where, list[MarkRecord]] = defaultdict(list)
+    judged: dict[Where, list[Mark]] = defaultdict(list)
     for mark in (mark for graded in runs for mark in graded.marks if mark.status in _JUDGED):
         judged[mark.where].append(mark)
     judged_parts = []

@@ -38,10 +38,10 @@ from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.intake import platforms as submission_names
 from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
+from labcourse.grading.marks import Status
 from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
 from labcourse.grading.reports.result import account_in
 from labcourse.grading.settings import Assignment
-from labcourse.grading.verdicts import Status
 from labcourse.messages import listed, plural
 from labcourse.student_id import caseless
 

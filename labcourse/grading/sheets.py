@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict
 
 from labcourse import files, program
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import Part, Question, ReportItem, Where
+from labcourse.answers.parts import Part, Question, ReportItem
 from labcourse.errors import GradingError
 from labcourse.grading.accounts import points
 from labcourse.grading.course import SHEETS_FILE, Course
@@ -24,6 +24,7 @@ from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.outcomes import Evidence, Judged, Standing, evidence, read_as, standings
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import LevelSettings, refuse
+from labcourse.problems import Where
 from labcourse.student_id import caseless
 
 PAGE_FILE = "sheets.html"  #: in the folder of results for the class, and in each student's folder

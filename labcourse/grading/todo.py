@@ -14,7 +14,6 @@ from shlex import quote
 from typing import NamedTuple
 
 from labcourse import program
-from labcourse.answers.parts import Where
 from labcourse.grading.accounts import Account, AssignmentGrade, account_of, ratio, unknown_names
 from labcourse.grading.assignments import Handed, State, Work, exact, of_course
 from labcourse.grading.course import Course
@@ -22,11 +21,11 @@ from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, CommentRecord,
 from labcourse.grading.graded_run import facts_of, is_failed, key_faults
 from labcourse.grading.intake import OWNER, TIME, Doubt
 from labcourse.grading.marking.marking_processes import marking_digest
+from labcourse.grading.marks import Status
 from labcourse.grading.reports.changes import Change
 from labcourse.grading.reports.result import nothing_given
 from labcourse.grading.settings import Assignment
-from labcourse.grading.verdicts import Status
-from labcourse.problems import Code, Problem, codes
+from labcourse.problems import Code, Problem, Where, codes
 from labcourse.student_id import caseless
 
 #: States of work that needs nothing more.

@@ -4,30 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 
 from labcourse.answers.parts import Part
+from labcourse.grading.marks import Status
 from labcourse.problems import Reason
-
-
-class Status(StrEnum):
-    """The status of an answer."""
-
-    RIGHT = "right"
-    FOLLOW_THROUGH = "right, given your own earlier answers"
-    PARTLY = "partly right"
-    WRONG = "wrong"
-    MISSING = "missing"
-    FOR_A_PERSON = "for a person"
-    BY_A_PERSON = "given by a person"
-    SUPPLIED = "supplied by your instructor"
-    NOT_MARKED = "not marked: key fault"
-    UNCONFIRMED = "handed in by a partner who is not confirmed"
-
-
-#: Statuses of answers on which nobody has decided yet. (No points is a decision.)
-UNDECIDED = (Status.FOR_A_PERSON, Status.NOT_MARKED, Status.UNCONFIRMED)
 
 
 class OwnAnswers(Protocol):

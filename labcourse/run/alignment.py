@@ -17,7 +17,8 @@ from typing import Any
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE, Cell
-from labcourse.answers.parts import Question, Where
+from labcourse.answers.parts import Question
+from labcourse.problems import Where
 
 PARAMETERS = "parameters"  #: tag of the cell after which a run puts its parameters
 OPEN = "open"  #: tag of course cells that students may change

@@ -19,12 +19,11 @@ from labcourse import course_file, courses, files
 from labcourse.answers import answers, notebooks, report_files, schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import REPORTS_FILE, Reports
-from labcourse.answers.parts import Where
 from labcourse.answers.report_files import ReportFile
 from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
-from labcourse.problems import Code, Problem
+from labcourse.problems import Code, Problem, Where
 from labcourse.run import execute, merge, portability, reasons, student_folder
 from labcourse.run.alignment import Change, Happened, Role, asked, source_of
 from labcourse.run.merge import Merged

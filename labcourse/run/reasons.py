@@ -41,9 +41,8 @@ from typing import Any
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import LEFT, CellReport, Reports
-from labcourse.answers.parts import Where
 from labcourse.patterns import pattern
-from labcourse.problems import Code, Problem
+from labcourse.problems import Code, Problem, Where
 from labcourse.run import skippable_cells
 from labcourse.run.alignment import Role, asked, source_of
 from labcourse.run.merge import Merged, role_of

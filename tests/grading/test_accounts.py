@@ -11,7 +11,8 @@ from made_courses import OURS
 
 from labcourse.grading.accounts import account_of, half_up, in_full
 from labcourse.grading.assignments import Handed, exact, timing
-from labcourse.grading.gradebook import Arrival, MarkRecord, StudentRecord
+from labcourse.grading.gradebook import Arrival, StudentRecord
+from labcourse.grading.marks import Mark
 from labcourse.grading.settings import CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 
 DUE = datetime(2026, 11, 20, 18, tzinfo=UTC)
@@ -37,7 +38,7 @@ hours = st.integers(-500, 2000)
 
 def marks(shares, undecided=()):
     return [
-        MarkRecord(number, part, "for a person" if name in undecided else "partly right", share * out_of, out_of, "")
+        Mark(number, part, "for a person" if name in undecided else "partly right", share * out_of, out_of, "")
         for (number, part, out_of), name, share in zip(PARTS, NAMES, shares, strict=True)
     ]
 

@@ -11,8 +11,9 @@ from made_courses import OURS
 from labcourse.errors import GradingError
 from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed, State, find, of_course, works
-from labcourse.grading.gradebook import Arrival, Excuse, MarkRecord, StudentRecord
+from labcourse.grading.gradebook import Arrival, Excuse, StudentRecord
 from labcourse.grading.graded_run import Facts
+from labcourse.grading.marks import Mark
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 from labcourse.problems import Code, Problem
 
@@ -42,9 +43,9 @@ def state(what, when=DUE + DAY, made=None, name=SECOND):
     return works(made or course(LAB), what, when)[name].state
 
 
-RIGHT, MISSING = mark(), MarkRecord("2.11", "omega_n", "missing", 0.0, 2.0, "")
-WAITS = MarkRecord("2.11", "explanation", "for a person", 0.0, 1.0, "")
-FAULT = MarkRecord("2.11", "omega_n", "not marked: key fault", 0.0, 2.0, "")
+RIGHT, MISSING = mark(), Mark("2.11", "omega_n", "missing", 0.0, 2.0, "")
+WAITS = Mark("2.11", "explanation", "for a person", 0.0, 1.0, "")
+FAULT = Mark("2.11", "omega_n", "not marked: key fault", 0.0, 2.0, "")
 UNTOUCHED = Facts(untouched=(SECOND,)).as_json()
 FAILED = Problem.of(Code.GRADING_FAILED, error="OSError: the disk is full")
 
@@ -117,9 +118,9 @@ def test_an_assignment_is_found_by_title_notebook_or_number(name):
 
 def test_an_assignment_has_points_of_its_own_scale():
     """Earned 1.5 of 3 in one notebook, of which a tenth is lost, and 1 of 2 in the other: 2.35 of 5."""
-    half = MarkRecord("2.11", "omega_n", "partly right", 1.5, 2.0, "")
-    zero = MarkRecord("2.11", "explanation", "wrong", 0.0, 1.0, "")
-    other = MarkRecord("2.13", "state_space", "partly right", 1.0, 2.0, "")
+    half = Mark("2.11", "omega_n", "partly right", 1.5, 2.0, "")
+    zero = Mark("2.11", "explanation", "wrong", 0.0, 1.0, "")
+    other = Mark("2.13", "state_space", "partly right", 1.0, 2.0, "")
     late = {f"{SECOND}.ipynb": Arrival(DUE + timedelta(hours=1)), f"{THIRD}.ipynb": Arrival(DUE)}
     made = course(BOTH, late=LateSettings(per_day=10))
     found = account_of(made, handed(half, zero, other, received=late), DUE + DAY)
@@ -131,7 +132,7 @@ def test_an_assignment_has_points_of_its_own_scale():
 
 def test_who_is_excused_has_it_in_neither_sum():
     made = course(BOTH)
-    other = MarkRecord("2.13", "state_space", "partly right", 1.0, 2.0, "")
+    other = Mark("2.13", "state_space", "partly right", 1.0, 2.0, "")
     some = account_of(made, handed(RIGHT, other, excuses=excused(SECOND)), DUE + DAY)
     assert (some.earned, some.out_of) == (10, 20)  # 1 of 2, on the scale of 20
     rest = account_of(made, handed(RIGHT, excuses=excused(SECOND)), DUE + DAY)

@@ -12,8 +12,8 @@ from labcourse.grading.assignments import Handed, State, works
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecord
 from labcourse.grading.intake import Doubt, find, platforms
+from labcourse.grading.marks import UNDECIDED, Status
 from labcourse.grading.reports import intake_table
-from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.problems import Code, Problem, has
 from labcourse.sentences import sentence
 

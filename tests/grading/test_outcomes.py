@@ -18,7 +18,8 @@ from marked_class import by_definition
 
 from labcourse.errors import GradingError
 from labcourse.grading import outcomes
-from labcourse.grading.gradebook import Gradebook, MarkRecord, StudentRecord
+from labcourse.grading.gradebook import Gradebook, StudentRecord
+from labcourse.grading.marks import Mark
 from labcourse.grading.outcomes import evidence, withheld, write_report
 from labcourse.grading.settings import Assignment, LevelSettings, MarkSettings, OutcomeSettings, read
 
@@ -59,19 +60,19 @@ def test_work_exactly_at_a_threshold_of_one_decimal_reaches_it(tmp_path, possibl
         found = read(tmp_path).levels
         by_machine = float(Fraction(tenths, 1000) * Fraction(str(possible)))
         for points in (by_machine, found.shares[3] * possible):
-            share = evidence(standing([MarkRecord("2.2", "T", "partly right", points, possible, "")]).parts).share
+            share = evidence(standing([Mark("2.2", "T", "partly right", points, possible, "")]).parts).share
             assert found.level_of(share) == found.level_of(points / possible) == 3, three
     assert LevelSettings(thresholds={3: 0.6666666667, 2: 0.3333333333, 1: 0.0}).level_of(2 / 3) == 3
 
 
 def test_what_waits_is_not_decided_and_what_does_not_count_is_no_evidence():
     marks = [
-        MarkRecord("2.11", "omega_n", "not marked: key fault", 0, 2, ""),
-        MarkRecord("2.12", "J_l", "supplied by your instructor", 0, 1, ""),
-        MarkRecord("2.12", "K_s", "right", 2, 2, ""),
-        MarkRecord("3.8", "K", "right", 2, 2, ""),  # without a code
-        MarkRecord("0.1", "resolution", "right", 0, 0, ""),  # without points
-        MarkRecord("9.9", "gone", "right", 1, 1, ""),
+        Mark("2.11", "omega_n", "not marked: key fault", 0, 2, ""),
+        Mark("2.12", "J_l", "supplied by your instructor", 0, 1, ""),
+        Mark("2.12", "K_s", "right", 2, 2, ""),
+        Mark("3.8", "K", "right", 2, 2, ""),  # without a code
+        Mark("0.1", "resolution", "right", 0, 0, ""),  # without points
+        Mark("9.9", "gone", "right", 1, 1, ""),
     ]
     assert evidence(standing(marks).parts, {"B-7"}) == (2, 3, 5, 1)
     counted = standing(marks, counted=MarkSettings(drop=("2.11", "2.12 J_l"))).parts
@@ -83,10 +84,10 @@ def test_work_that_is_excused_or_not_due_and_not_there_is_no_evidence(tmp_path):
     given = [Assignment(name, (name,), due=datetime(year, 1, 1, tzinfo=UTC)) for year, name in dues]
     course = replace(OURS, settings=replace(OURS.settings, assignments=tuple(given)))
     marks = [
-        MarkRecord("2.12", "J_l", "missing", 0, 1, ""),  # due
-        MarkRecord("2.16", "comparison", "missing", 0, 2, ""),  # not due
-        MarkRecord("2.1", "V", "right", 2, 2, ""),  # handed in, and not due: due with the last
-        MarkRecord("3.1", "explanation", "right", 1, 1, ""),  # excused
+        Mark("2.12", "J_l", "missing", 0, 1, ""),  # due
+        Mark("2.16", "comparison", "missing", 0, 2, ""),  # not due
+        Mark("2.1", "V", "right", 2, 2, ""),  # handed in, and not due: due with the last
+        Mark("3.1", "explanation", "right", 1, 1, ""),  # excused
     ]
     with Gradebook(tmp_path / "book.sqlite") as book:
         record(book, marked_class.graded("ada", marks))

@@ -20,9 +20,10 @@ from set_clock import set_clock
 
 from labcourse import clock
 from labcourse.grading import overview, todo
-from labcourse.grading.gradebook import Delivery, Gradebook, MarkRecord
+from labcourse.grading.gradebook import Delivery, Gradebook
 from labcourse.grading.graded_run import Facts
 from labcourse.grading.intake import Doubt
+from labcourse.grading.marks import Mark
 from labcourse.grading.reports import changes, intake_table
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import without_numbers
@@ -360,7 +361,7 @@ def test_numbers_are_those_of_an_independent_count(book, tmp_path):
             if where in (FIRST, SECOND):
                 status = drawn.choice(["right", "missing", "for a person" if part.marked == "person" else "wrong"])
                 points = part.points if status == "right" else 0.0
-                made.append(MarkRecord(number, name, status, points, part.points, "x", "y" * (status != "missing")))
+                made.append(Mark(number, name, status, points, part.points, "x", "y" * (status != "missing")))
         late = n % 4 == 0
         when = NOW - timedelta(hours=30 if late else 90)
         deliver(book, f"s{n}", {IN_02: notebook(f"a = {n}"), IN_03: notebook(f"b = {n}")}, when)
@@ -394,7 +395,7 @@ def test_the_newest_version_says_when_and_a_partner_has_what_was_handed_in_for_b
 
 @pytest.mark.parametrize(("size", "is_told"), [(4, False), (5, True)])
 def test_nobody_is_far_below_a_few_and_what_is_not_due_is_not_compared(book, size, is_told):
-    later = MarkRecord("3.4", "poles", "wrong", 0.0, 50.0, "")
+    later = Mark("3.4", "poles", "wrong", 0.0, 50.0, "")
     for n in range(size):
         record(book, graded(f"s{n}", mark() if n else mark("wrong", 0.0), replace(later, points=50.0 * (n == 0))))
     found = overview.class_overview(book, term())["behind"]
@@ -453,7 +454,7 @@ def test_many_are_a_fifth_of_those_who_answered_and_two_at_least(wrong, right, i
 
 
 def test_questions_that_the_course_does_not_ask_any_more_are_there_without_a_title(book):
-    gone = [MarkRecord("9.9", "why", status, 0.0, 1.0, "No.", "So.") for status in ("for a person", "wrong")]
+    gone = [Mark("9.9", "why", status, 0.0, 1.0, "No.", "So.") for status in ("for a person", "wrong")]
     gone[1] = replace(gone[1], part="how")
     record(book, *(graded(student, *gone, mark()) for student in ("ada", "bob")))
     assert "9.9 why – 2 2 2" in text(book) and "9.9 how – 2 of 2 (100 %)" in text(book)

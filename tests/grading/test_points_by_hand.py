@@ -15,8 +15,9 @@ from typer.testing import CliRunner
 
 from labcourse.grading.accounts import account_of, in_full
 from labcourse.grading.assignments import Handed
-from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, MarkRecord, StudentRecord
+from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, StudentRecord
 from labcourse.grading.graded_run import Facts
+from labcourse.grading.marks import Mark
 from labcourse.grading.settings import read
 from rotflex import cli
 
@@ -96,7 +97,7 @@ CLASS = {
 
 
 def marks(earned):
-    return [MarkRecord(*WHERE[name], "partly right", earned[name], ALL[name], "Reason.") for name in WHERE]
+    return [Mark(*WHERE[name], "partly right", earned[name], ALL[name], "Reason.") for name in WHERE]
 
 
 def deliveries(late):
@@ -204,7 +205,7 @@ def test_other_settings_by_hand(tmp_path, settings):
 def test_a_date_is_until_its_end_on_the_clock_of_whoever_grades(tmp_path):
     end = datetime(2026, 11, 21).astimezone() + DAY
     settings = "[[deadline]]\ndue = 2026-11-21\n[late]\nper_day = 100\n"
-    earned = [MarkRecord("2.1", "V", "right", 2.0, 2.0, "")]
+    earned = [Mark("2.1", "V", "right", 2.0, 2.0, "")]
     for when, points in ((end - timedelta(seconds=1), "2.00"), (end, "0.00")):
         assert so_far(tmp_path, settings, earned, [(f"{PRELAB}.ipynb", when - DUE)])[0] == points
 
@@ -212,7 +213,7 @@ def test_a_date_is_until_its_end_on_the_clock_of_whoever_grades(tmp_path):
 def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_dropped(tmp_path):
     whole = "Modeling report, as a whole"
     earned = [
-        MarkRecord(whole, part, "partly right", points, 1.0, "")
+        Mark(whole, part, "partly right", points, 1.0, "")
         for part, points in (("organisation", 0.5), ("appearance", 1.0))
     ]
     late = "[[deadline]]\ndue = 2026-11-20T17:00:00Z\n[late]\nper_day = 10\n"
@@ -224,7 +225,7 @@ def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_
 def test_a_partner_who_is_there_by_anothers_word_has_the_others_times(tmp_path):
     facts = Facts(bench_of="ada")
     with Gradebook(tmp_path / "book.sqlite") as book:
-        record(book, graded("ben", MarkRecord("2.1", "V", "right", 2.0, 2.0, ""), cells=facts.as_json()))
+        record(book, graded("ben", Mark("2.1", "V", "right", 2.0, 2.0, ""), cells=facts.as_json()))
         book.deliver("ada", [Delivery(f"{PRELAB}.ipynb", "d", b"{}", datetime(2026, 11, 22, tzinfo=UTC))])
     late = "[[deadline]]\ndue = 2026-11-20T00:00:00Z\n[late]\nper_day = 10\n"
     found, _said = reported(tmp_path, tmp_path / "book.sqlite", late)

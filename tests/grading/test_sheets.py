@@ -13,7 +13,8 @@ from made_courses import OURS
 
 from labcourse.errors import GradingError
 from labcourse.grading import sheets
-from labcourse.grading.gradebook import Gradebook, MarkRecord, StudentRecord
+from labcourse.grading.gradebook import Gradebook, StudentRecord
+from labcourse.grading.marks import Mark
 from labcourse.grading.outcomes import standing
 from labcourse.grading.settings import MarkSettings
 
@@ -62,16 +63,16 @@ def test_a_course_without_sheets_or_with_a_file_that_cannot_be_read_says_so(tmp_
         sheets.read_layouts(tmp_path, OURS.catalogue)
 
 
-MACHINE = MarkRecord("3.6", "controllable", "right", 1, 1, "")
-PERSON = MarkRecord("3.6", "explanation", "given by a person", 0.5, 1, "")
+MACHINE = Mark("3.6", "controllable", "right", 1, 1, "")
+PERSON = Mark("3.6", "explanation", "given by a person", 0.5, 1, "")
 
 
 @pytest.mark.parametrize(
     ("marks", "level", "points"),
     [
         ([MACHINE, PERSON], "3", ["1/1 m", "0.5/1 p"]),
-        ([MarkRecord("3.6", "explanation", "missing", 0, 1, "")], "0", ["0/1 m"]),
-        ([MarkRecord("3.6", "controllable", "not marked: key fault", 0, 1, "")], "…", ["…/1"]),
+        ([Mark("3.6", "explanation", "missing", 0, 1, "")], "0", ["0/1 m"]),
+        ([Mark("3.6", "controllable", "not marked: key fault", 0, 1, "")], "…", ["…/1"]),
     ],
 )
 def test_a_cell_says_level_points_whose_they_are_and_what_waits(marks, level, points):
@@ -82,12 +83,12 @@ def test_a_cell_says_level_points_whose_they_are_and_what_waits(marks, level, po
 def test_a_sheet_of_a_made_up_student_is_what_it_is_by_hand():
     found = sheet(
         PRELAB,
-        MarkRecord("2.1", "V", "right", 2, 2, ""),
-        MarkRecord("2.3", "L", "wrong", 0, 1, ""),
-        MarkRecord("2.4", "strategy", "given by a person", 0.75, 1, ""),
-        MarkRecord("2.4", "equation", "partly right", 1, 2, ""),
-        MarkRecord("2.5", "strategy", "for a person", 0, 1, ""),
-        MarkRecord("2.11", "omega_n", "right", 2, 2, ""),  # on another sheet
+        Mark("2.1", "V", "right", 2, 2, ""),
+        Mark("2.3", "L", "wrong", 0, 1, ""),
+        Mark("2.4", "strategy", "given by a person", 0.75, 1, ""),
+        Mark("2.4", "equation", "partly right", 1, 2, ""),
+        Mark("2.5", "strategy", "for a person", 0, 1, ""),
+        Mark("2.11", "omega_n", "right", 2, 2, ""),  # on another sheet
     )
     shown = sheet_pages.cells(sheets.as_page([found], OURS))
     assert {(row, code): [level, *points] for (_who, _title, row, code), (level, points) in shown.items()} == {

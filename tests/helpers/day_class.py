@@ -13,9 +13,10 @@ from gradebooks import enrol, mark, prose, record, report_text
 from made_courses import OURS
 
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Delivery, Gradebook, Graded, MarkRecord
+from labcourse.grading.gradebook import Delivery, Gradebook, Graded
 from labcourse.grading.graded_run import Facts
 from labcourse.grading.marking.marking_processes import marking_digest
+from labcourse.grading.marks import Mark
 from labcourse.grading.settings import Assignment
 from labcourse.problems import Code, Problem
 
@@ -28,15 +29,15 @@ IN_HZ = "It is {off:.3g} rad/s off; it looks like Hz."
 NEAR = "It is {off:.3g} rad/s off."
 
 
-def stiffness(status: str = "right", points: float = 2.0, reason: str = "Well.") -> MarkRecord:
-    return MarkRecord("2.12", "K_s", status, points, 2.0, reason, "1.5 N·m/rad")
+def stiffness(status: str = "right", points: float = 2.0, reason: str = "Well.") -> Mark:
+    return Mark("2.12", "K_s", status, points, 2.0, reason, "1.5 N·m/rad")
 
 
-def off(pattern: str, by: float) -> MarkRecord:
+def off(pattern: str, by: float) -> Mark:
     return mark("wrong", 0.0, pattern.format(off=by), f"{by} rad/s")
 
 
-def graded(student: str, *marks: MarkRecord, **run: Any) -> Graded:
+def graded(student: str, *marks: Mark, **run: Any) -> Graded:
     """A run that is marked by the present key."""
     return gradebooks.graded(student, *marks, **{"key": marking_digest(OURS), **run})
 

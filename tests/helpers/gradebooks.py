@@ -7,27 +7,28 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from labcourse.grading.gradebook import Gradebook, Graded, MarkRecord, RunRecord, StudentRecord
+from labcourse.grading.gradebook import Gradebook, Graded, RunRecord, StudentRecord
+from labcourse.grading.marks import Mark
 from labcourse.grading.reports.result import Result
 from labcourse.problems import Reason
 
 
-def mark(status: str = "right", points: float = 2.0, reason: Reason = "Well.", given: str = "19.9 rad/s") -> MarkRecord:
+def mark(status: str = "right", points: float = 2.0, reason: Reason = "Well.", given: str = "19.9 rad/s") -> Mark:
     """The mark for a number of two points."""
-    return MarkRecord("2.11", "omega_n", status, points, 2.0, reason, given)
+    return Mark("2.11", "omega_n", status, points, 2.0, reason, given)
 
 
-def prose(status: str = "for a person", points: float = 0.0, given: str = "Because it bends.") -> MarkRecord:
+def prose(status: str = "for a person", points: float = 0.0, given: str = "Because it bends.") -> Mark:
     """The mark for an explanation of one point."""
-    return MarkRecord("2.11", "explanation", status, points, 1.0, "A person will read this.", given)
+    return Mark("2.11", "explanation", status, points, 1.0, "A person will read this.", given)
 
 
-def report_text(status: str = "for a person", points: float = 0.0, given: str = "It was fine.") -> MarkRecord:
+def report_text(status: str = "for a person", points: float = 0.0, given: str = "It was fine.") -> Mark:
     """The mark for a question that is words alone, of two points."""
-    return MarkRecord("2.16", "comparison", status, points, 2.0, "A person will read this.", given)
+    return Mark("2.16", "comparison", status, points, 2.0, "A person will read this.", given)
 
 
-def graded(student: str, *marks: MarkRecord, submission: str = "first", key: str = "key 1", **run: Any) -> Graded:
+def graded(student: str, *marks: Mark, submission: str = "first", key: str = "key 1", **run: Any) -> Graded:
     """A run with its marks."""
     values = {"master": "m", "software": "rotflex 0", "probe_seed": 7, "isolation": "Run in isolation."} | run
     record = RunRecord(f"{student} {submission}", student, submission, **values)
@@ -35,7 +36,7 @@ def graded(student: str, *marks: MarkRecord, submission: str = "first", key: str
 
 
 def result(
-    *marks: MarkRecord, student: str = "ada", about: Sequence[str] = (), lapsed: Sequence[Any] = (), **more: Any
+    *marks: Mark, student: str = "ada", about: Sequence[str] = (), lapsed: Sequence[Any] = (), **more: Any
 ) -> Result:
     """What came out for a student with these marks: name, email and section in ``about``; more of the run or result."""
     of_result = {name: more.pop(name) for name in ("comments", "account") if name in more}

@@ -1,11 +1,12 @@
 """Runs with their marks, made up for tests of what a gradebook keeps."""
 
-from labcourse.grading.gradebook import Graded, MarkRecord, RunRecord
+from labcourse.grading.gradebook import Graded, RunRecord
+from labcourse.grading.marks import Mark
 from labcourse.problems import Code, Problem
 
 
 def mark(question="2.11", part="K_s", status="right", points=2.0, out_of=2.0, reason="Well.", given="1.3"):
-    return MarkRecord(question, part, status, points, out_of, reason, given)
+    return Mark(question, part, status, points, out_of, reason, given)
 
 
 def prose(given="Because it bends.", points=0.0, status="for a person", reason="A person will read this.", **more):

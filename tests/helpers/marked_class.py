@@ -7,13 +7,14 @@ from pathlib import Path
 from gradebooks import enrol, record
 from made_courses import OURS
 
-from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook, Graded, MarkRecord, RunRecord
+from labcourse.grading.gradebook import Gradebook, Graded, RunRecord
+from labcourse.grading.marks import Mark, Status
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 BY_MACHINE = {0.0: "wrong", 1.0: "right"}
 
 
-def marks(drawn: random.Random, waiting: float) -> list[MarkRecord]:
+def marks(drawn: random.Random, waiting: float) -> list[Mark]:
     """Marks of one student: each part right, wrong, partly right, missing, given by a person, or waiting for one.
 
     Parameters
@@ -33,20 +34,20 @@ def marks(drawn: random.Random, waiting: float) -> list[MarkRecord]:
                 share, status = 0.0, "for a person"
             else:
                 status = "given by a person"
-            found.append(MarkRecord(number, part.name, status, share * part.points, part.points, "So."))
+            found.append(Mark(number, part.name, status, share * part.points, part.points, "So."))
     return found
 
 
-def put(book: Gradebook, student: str, found: list[MarkRecord]) -> None:
+def put(book: Gradebook, student: str, found: list[Mark]) -> None:
     """Put a run with these marks into a gradebook; those by a person are given by one."""
-    by_person = [mark for mark in found if mark.status == GIVEN_BY_A_PERSON]
-    waiting = {mark.where: replace(mark, status=FOR_A_PERSON, points=0.0) for mark in by_person}
+    by_person = [mark for mark in found if mark.status == Status.BY_A_PERSON]
+    waiting = {mark.where: replace(mark, status=Status.FOR_A_PERSON, points=0.0) for mark in by_person}
     record(book, graded(student, [waiting.get(mark.where, mark) for mark in found]))
     for mark in by_person:
         book.set_mark(student, mark.question, mark.part, mark.points, "So.", "tutor")
 
 
-def graded(student: str, found: list[MarkRecord]) -> Graded:
+def graded(student: str, found: list[Mark]) -> Graded:
     """A run with these marks."""
     run = RunRecord(f"run of {student}", student, "first", "m", "rotflex 0", 7, "Run in isolation.")
     return Graded(run, tuple(found), "key 1")
@@ -64,7 +65,7 @@ def gradebook(folder: Path, sizes: dict[str, int]) -> Path:
     return folder / "book.sqlite"
 
 
-def by_definition(marks: list[MarkRecord], codes: set[str]) -> tuple[float, float, float, int]:
+def by_definition(marks: list[Mark], codes: set[str]) -> tuple[float, float, float, int]:
     """Points earned, points decided, points possible, and parts that wait, of all parts with one of the codes."""
     earned = decided = possible = 0.0
     waiting = 0

@@ -33,7 +33,8 @@ from remembered import remembered
 from working_through import digits
 
 from labcourse.answers import forms
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex import response, signals
 from rotflex.course.questions import BEYOND, CATALOGUE
 from rotflex.hil.controllers import ObserverFeedback, StateFeedback

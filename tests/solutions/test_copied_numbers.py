@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex.course.questions import CATALOGUE
 from rotflex.units import HZ
 from solutions.key import KEY

@@ -4,7 +4,8 @@ import control
 import numpy as np
 import pytest
 
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex import simulation
 from rotflex.course.questions import CATALOGUE
 from solutions import tolerances

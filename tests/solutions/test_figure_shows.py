@@ -7,7 +7,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from labcourse.answers import forms
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex.course.questions import CATALOGUE
 from rotflex.recording import Recording
 from solutions.design_checks import Design

@@ -19,7 +19,8 @@ from working_through import (
 )
 
 from labcourse.answers import forms
-from labcourse.grading.verdicts import Case, NothingFollows, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case, NothingFollows
 from rotflex.course.questions import CATALOGUE
 from solutions.design_checks import Design
 from solutions.key import KEY

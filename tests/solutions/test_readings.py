@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from labcourse.grading.verdicts import Case, Status, Verdict
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case, Verdict
 from rotflex import identification
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed

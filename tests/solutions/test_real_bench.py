@@ -15,7 +15,7 @@ from real_class import ARM, toml_of
 import rotflex.course.lab
 from labcourse.benches import BenchPolicy
 from labcourse.grading.marking import decoding, marking
-from labcourse.grading.verdicts import Status
+from labcourse.grading.marks import Status
 from labcourse.problems import Code
 from rotflex import experiments
 from rotflex.course.recordings_folder import MOST_RECORDINGS, MOST_SAMPLES, RecordingsFolder, evidence

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from labcourse.answers import forms
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex import response
 from rotflex.course import spare_design
 from rotflex.course.questions import CATALOGUE

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex.course.probes import COMPOUND_SINES
 from solutions.spectrum_checks import SpectrumFunction, _three_peaks
 

@@ -15,7 +15,8 @@ import pytest
 
 from labcourse.answers.json_values import thin
 from labcourse.grading.marking.checks import Number, RecordingOf
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS
 from rotflex.course.questions import CATALOGUE
 from rotflex.specifications import LIMITS as SPECIFIED

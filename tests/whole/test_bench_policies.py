@@ -8,8 +8,8 @@ from made_courses import OURS
 from labcourse.benches import BenchPolicy
 from labcourse.grading import course_check
 from labcourse.grading.marking import marking
+from labcourse.grading.marks import Status
 from labcourse.grading.running import bundle
-from labcourse.grading.verdicts import Status
 
 pytestmark = pytest.mark.scheduled  # at each landing, test_left_out.py has a class with a bench for all
 POLICIES = [BenchPolicy("same", seed=7), *(BenchPolicy("preset", preset=name) for name in OURS.presets)]

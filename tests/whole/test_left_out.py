@@ -17,9 +17,9 @@ from labcourse.grading import course as courses
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import facts_of
+from labcourse.grading.marks import Status
 from labcourse.grading.release import student_course, student_notebooks
 from labcourse.grading.reports.grades import Reports
-from labcourse.grading.verdicts import Status
 from labcourse.sentences import sentences
 
 NOTEBOOKS = [path.name for path in OURS.notebooks]

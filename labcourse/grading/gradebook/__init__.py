@@ -10,15 +10,13 @@
 ==============  ======================================================================================================
 
 It is a general package: it knows of students, questions and points, but of no course, and depends on
-``labcourse.errors``, ``messages``, ``program`` and ``student_id`` alone.
+the mark (:mod:`labcourse.grading.marks`), and on modules of ``labcourse`` that know no course, alone.
 """
 
 from __future__ import annotations
 
 from labcourse.grading.gradebook.earlier import EarlierRun as EarlierRun
 from labcourse.grading.gradebook.records import DECIDED as DECIDED
-from labcourse.grading.gradebook.records import FOR_A_PERSON as FOR_A_PERSON
-from labcourse.grading.gradebook.records import GIVEN_BY_A_PERSON as GIVEN_BY_A_PERSON
 from labcourse.grading.gradebook.records import ON_DISK as ON_DISK
 from labcourse.grading.gradebook.records import Act as Act
 from labcourse.grading.gradebook.records import Answer as Answer
@@ -30,7 +28,6 @@ from labcourse.grading.gradebook.records import Erased as Erased
 from labcourse.grading.gradebook.records import Excuse as Excuse
 from labcourse.grading.gradebook.records import GivenMark as GivenMark
 from labcourse.grading.gradebook.records import Graded as Graded
-from labcourse.grading.gradebook.records import MarkRecord as MarkRecord
 from labcourse.grading.gradebook.records import MarkState as MarkState
 from labcourse.grading.gradebook.records import Publication as Publication
 from labcourse.grading.gradebook.records import RunRecord as RunRecord

@@ -20,49 +20,19 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, MappedAsDataclass, composite
 
 from labcourse import clock
 from labcourse.grading.gradebook import storable
-from labcourse.problems import Reason, as_json, from_json
+from labcourse.grading.marks import Mark, Status
+from labcourse.problems import Reason, Where, as_json, from_json
 
-#: Statuses of marks: set by a person; to be set by a person.
-GIVEN_BY_A_PERSON, FOR_A_PERSON = "given by a person", "for a person"
 DECIDED = "as the instructor decided"  #: how a time of arrival, or an owner, may be known
 ON_DISK = "the time of the file on the disk of whoever graded it"  #: how a time of arrival may be known
 NEW: Any = None  #: number of a record that is not stored yet; the database gives it one
 
 TOKEN_LASTS = timedelta(days=200)  #: a term with its examinations
 
-Where = tuple[str, str]  #: question and part
-
-
-@dataclass(frozen=True)
-class MarkRecord:
-    """The mark for one part of a question.
-
-    Attributes
-    ----------
-    question, part : which
-    status : as "right" or "given by a person"
-    points, out_of : earned, and possible
-    reason : the words of the key or of a person, or the problem that decided it
-    given : the student's answer as a short text
-    """
-
-    question: str
-    part: str
-    status: str
-    points: float
-    out_of: float
-    reason: Reason
-    given: str = ""
-
-    @property
-    def where(self) -> Where:
-        """Question and part."""
-        return self.question, self.part
-
 
 @dataclass(frozen=True)
 class MarkState:
-    """The fields of a mark that the audit trail stores when one of them changes."""
+    """What the audit trail stores of a mark when it changes. A status stays as it was called then."""
 
     status: str
     points: float
@@ -78,6 +48,15 @@ class Text(sa.TypeDecorator[str]):
 
     def process_bind_param(self, value: str | None, dialect: sa.Dialect) -> str | None:
         return None if value is None else storable.text(value)
+
+
+class StatusText(Text):
+    """The status of a mark."""
+
+    cache_ok = True
+
+    def process_result_value(self, value: str | None, dialect: sa.Dialect) -> Status | None:
+        return None if value is None else Status(value)
 
 
 class Instant(sa.TypeDecorator[datetime]):
@@ -127,6 +106,7 @@ class Base(MappedAsDataclass, DeclarativeBase):
 
     type_annotation_map: ClassVar = {
         str: Text,
+        Status: StatusText,
         float: sa.Double,
         datetime: Instant,
         Mapping[str, Any]: sa.JSON,
@@ -140,7 +120,7 @@ def _of_student(**options: Any) -> Any:
 
 
 def _mark_columns() -> list[Any]:
-    """Return the columns of a :class:`MarkRecord`."""
+    """Return the columns of a :class:`Mark`."""
     keys = [mapped_column(name, primary_key=True) for name in ("question", "part")]
     numbers = map(mapped_column, ("status", "points", "out_of"))
     return [*keys, *numbers, mapped_column("reason", Reasons), mapped_column("given")]
@@ -285,13 +265,13 @@ _COUNTS = sa.text("current")
 sa.Index("uq_runs_one_current", RunRecord.student_id, unique=True, sqlite_where=_COUNTS, postgresql_where=_COUNTS)
 
 
-class Mark(Base):
+class MarkRow(Base):
     """A mark of a run, as the software made it. A person's mark for the same answer counts in its place."""
 
     __tablename__ = "marks"
 
     run_id: Mapped[int] = mapped_column(sa.ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
-    record: Mapped[MarkRecord] = composite(*_mark_columns())
+    mark: Mapped[Mark] = composite(*_mark_columns())
     position: Mapped[int]
 
 
@@ -301,7 +281,7 @@ class GivenMark(Base):
     __tablename__ = "decisions"
 
     student_id = _of_student(primary_key=True)
-    mark: Mapped[MarkRecord] = composite(*_mark_columns())
+    mark: Mapped[Mark] = composite(*_mark_columns())
     actor: Mapped[str]
     when: Mapped[datetime] = mapped_column("decided")
 
@@ -312,9 +292,8 @@ class GivenMark(Base):
     @staticmethod
     def from_json(actor: str, when: str, **mark: Any) -> GivenMark:
         """Return a person's mark that was stored as plain data."""
-        return GivenMark(
-            MarkRecord(**{**mark, "reason": from_json(mark["reason"])}), actor, datetime.fromisoformat(when)
-        )
+        made = {**mark, "status": Status(mark["status"]), "reason": from_json(mark["reason"])}
+        return GivenMark(Mark(**made), actor, datetime.fromisoformat(when))
 
 
 @dataclass(frozen=True)
@@ -331,7 +310,7 @@ class Graded:
     """
 
     run: RunRecord
-    marks: tuple[MarkRecord, ...]
+    marks: tuple[Mark, ...]
     key_digest: str
     lapsed: tuple[GivenMark, ...] = ()
 
@@ -461,10 +440,10 @@ class Answer:
     student: str
     question: str
     part: str
-    mark: MarkRecord
+    mark: Mark
     acts: tuple[Act, ...] = ()
     given: GivenMark | None = None
-    made: MarkRecord | None = None
+    made: Mark | None = None
 
     @property
     def where(self) -> Where:
@@ -485,12 +464,12 @@ class Answer:
     def asked(self) -> bool:
         """Whether the answer waits for the instructor, who was asked, and nobody decided since."""
         last = self.last()
-        return last is not None and last.asked and self.mark.status != GIVEN_BY_A_PERSON
+        return last is not None and last.asked and self.mark.status != Status.BY_A_PERSON
 
     @property
     def waiting(self) -> bool:
         """Whether nobody has decided yet."""
-        return self.asked or self.mark.status == FOR_A_PERSON
+        return self.asked or self.mark.status == Status.FOR_A_PERSON
 
 
 class Publication(Base):

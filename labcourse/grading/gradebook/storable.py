@@ -13,6 +13,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from datetime import UTC, datetime
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from labcourse import student_id
@@ -84,6 +85,8 @@ def _cleaned_value(value: Any) -> Any:
     """Return the clean value of a field. Raises ValueError if it cannot be stored."""
     if isinstance(value, datetime):
         return value.astimezone(UTC)
+    if isinstance(value, StrEnum):
+        return value
     if isinstance(value, bytes):
         return _bounded(value, len(value), MOST_BYTES, "bytes")
     clean = _plain(value, _DEEPEST)

@@ -37,8 +37,6 @@ from labcourse.grading.gradebook.persons import (
 )
 from labcourse.grading.gradebook.records import (
     DECIDED,
-    FOR_A_PERSON,
-    GIVEN_BY_A_PERSON,
     NEW,
     About,
     Act,
@@ -51,16 +49,16 @@ from labcourse.grading.gradebook.records import (
     Excuse,
     GivenMark,
     Graded,
-    Mark,
-    MarkRecord,
+    MarkRow,
     MarkState,
     Publication,
     RosterReport,
     RunRecord,
     StudentRecord,
     Token,
-    Where,
 )
+from labcourse.grading.marks import Mark, Status
+from labcourse.problems import Where
 from labcourse.sentences import sentence
 from labcourse.student_id import caseless
 
@@ -75,9 +73,9 @@ class Current:
 
     student: StudentRecord
     run: RunRecord
-    marks: Mapping[Where, MarkRecord]
+    marks: Mapping[Where, Mark]
 
-    def mark(self, where: Where) -> MarkRecord:
+    def mark(self, where: Where) -> Mark:
         """Return the mark of an answer. Raises GradebookError if there is none."""
         if where not in self.marks:
             question, part = where
@@ -307,7 +305,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
                 run.current = True
             return put_audit(session, Current(student, run, before), actor, reason)
 
-    def remark(self, student: str, new: Sequence[MarkRecord], key_digest: str, actor: str, reason: str) -> int:
+    def remark(self, student: str, new: Sequence[Mark], key_digest: str, actor: str, reason: str) -> int:
         """Replace all marks of the student's run that counts. For the rest see :meth:`record`."""
         with self._database.writing() as session:
             before = current(session, student)
@@ -323,7 +321,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         points: float,
         reason: str,
         actor: str,
-        expected: MarkRecord | None = None,
+        expected: Mark | None = None,
     ) -> int:
         """Store a person's mark for an answer, which counts in place of the software's; see :meth:`record`.
 
@@ -548,25 +546,25 @@ def _put_run(session: Session, student: StudentRecord, graded: Graded) -> RunRec
     return stored
 
 
-def _put_marks(session: Session, run_id: int, new: Iterable[MarkRecord]) -> None:
+def _put_marks(session: Session, run_id: int, new: Iterable[Mark]) -> None:
     """Replace the software's marks of a run. Where the new mark is a person's, the software's stays."""
     stored = [mark for _student, mark, _given in read_marks(session, RunRecord.id == run_id)]
     beneath = {mark.where: mark for mark in stored}
-    wanted: dict[Where, MarkRecord] = {}
+    wanted: dict[Where, Mark] = {}
     for mark in new:
         name = f"Question {mark.question}, {mark.part}"
         clean = storable.cleaned(mark, name)
         if clean.where in wanted:
             raise GradebookError(f"{name} has two marks.")
-        is_manual = clean.status == GIVEN_BY_A_PERSON
+        is_manual = clean.status == Status.BY_A_PERSON
         if is_manual and clean.where not in beneath:
             raise GradebookError(f"{name}: a person's mark is set by set_mark only.")
         wanted[clean.where] = beneath[clean.where] if is_manual else clean
     if list(wanted.values()) != stored:
-        session.execute(delete(Mark).where(Mark.run_id == run_id))
+        session.execute(delete(MarkRow).where(MarkRow.run_id == run_id))
         rows = [{"run_id": run_id, "position": place, **vars(mark)} for place, mark in enumerate(wanted.values())]
         if rows:
-            session.execute(insert(Mark), rows)
+            session.execute(insert(MarkRow), rows)
 
 
 def _graded(session: Session, run: RunRecord) -> Graded:
@@ -593,29 +591,29 @@ def current(session: Session, student: str) -> Current:
     return Current(about, run, current_marks(session, about.id))
 
 
-def current_marks(session: Session, student_id: int) -> dict[Where, MarkRecord]:
+def current_marks(session: Session, student_id: int) -> dict[Where, Mark]:
     """Return the marks that count for a student."""
     made = read_marks(session, RunRecord.student_id == student_id, RunRecord.current)
     return {mark.where: with_decision(mark, given) for _student, mark, given in made}
 
 
-def read_marks(session: Session, *which: Any) -> list[tuple[str, MarkRecord, GivenMark | None]]:
+def read_marks(session: Session, *which: Any) -> list[tuple[str, Mark, GivenMark | None]]:
     """Return marks in order, each with its student's ID, and with the decision on it, even one that does not hold."""
-    made: Any = Mark
+    made: Any = MarkRow
     given: Any = GivenMark
     same = and_(given.student_id == RunRecord.student_id, given.question == made.question, given.part == made.part)
-    columns = select(StudentRecord.student, Mark.record, GivenMark).select_from(StudentRecord)
-    statement = columns.join(RunRecord).join(Mark).outerjoin(GivenMark, same).where(*which)
-    rows = session.execute(statement.order_by(StudentRecord.folded, Mark.position))
+    columns = select(StudentRecord.student, MarkRow.mark, GivenMark).select_from(StudentRecord)
+    statement = columns.join(RunRecord).join(MarkRow).outerjoin(GivenMark, same).where(*which)
+    rows = session.execute(statement.order_by(StudentRecord.folded, MarkRow.position))
     return [(student, mark, decision) for student, mark, decision in rows]
 
 
-def with_decision(mark: MarkRecord, decision: GivenMark | None) -> MarkRecord:
+def with_decision(mark: Mark, decision: GivenMark | None) -> Mark:
     """Return the mark that counts: that of the decision if it holds, else the software's."""
     return replace(decision.mark, given=mark.given) if decision and holds(decision.mark, mark) else mark
 
 
-def holds(decision: MarkRecord | Act, mark: MarkRecord) -> bool:
+def holds(decision: Mark | Act, mark: Mark) -> bool:
     """Return whether a decision is on this answer, apart from white space, and out of as many points."""
     return decision.out_of == mark.out_of and same_answer(decision.given, mark.given)
 
@@ -653,25 +651,25 @@ def put_audit(session: Session, before: Current, actor: str, reason: str) -> int
     return len(rows)
 
 
-def _states(marks: Mapping[Where, MarkRecord]) -> dict[Where, MarkState]:
+def _states(marks: Mapping[Where, Mark]) -> dict[Where, MarkState]:
     """Return what the audit trail stores of marks."""
     return {where: MarkState(mark.status, mark.points, mark.out_of, mark.reason) for where, mark in marks.items()}
 
 
 def _is_manual(state: MarkState | None) -> bool:
-    return state is not None and state.status == GIVEN_BY_A_PERSON
+    return state is not None and state.status == Status.BY_A_PERSON
 
 
 # --- a person's decision ----------------------------------------------------------------------------------------------
 
 
-def decided(mark: MarkRecord, points: float, reason: str) -> MarkRecord:
+def decided(mark: Mark, points: float, reason: str) -> Mark:
     """Return a mark with a person's points. Raises GradebookError if they are less than 0 or more than possible."""
     if not 0 <= points <= mark.out_of:  # not a number is refused, too
         raise GradebookError(
             f"Question {mark.question}, {mark.part}: give 0 to {mark.out_of:g} points, not {points:g}."
         )
-    return replace(mark, status=GIVEN_BY_A_PERSON, points=float(points) + 0.0, reason=storable.text(reason))
+    return replace(mark, status=Status.BY_A_PERSON, points=float(points) + 0.0, reason=storable.text(reason))
 
 
 def decide(session: Session, before: Current, where: Where, given: GivenMark | None, actor: str, reason: str) -> int:
@@ -691,7 +689,7 @@ def decide(session: Session, before: Current, where: Where, given: GivenMark | N
     return put_audit(session, before, actor, reason)
 
 
-def check_expected(session: Session, before: Current, mark: MarkRecord, expected: MarkRecord | None) -> None:
+def check_expected(session: Session, before: Current, mark: Mark, expected: Mark | None) -> None:
     """Refuse to replace a mark that is not the expected one. Raises GradebookError."""
     if expected is None:
         return
@@ -700,7 +698,7 @@ def check_expected(session: Session, before: Current, mark: MarkRecord, expected
         raise _changed_error(session, before, mark)
 
 
-def _changed_error(session: Session, before: Current, mark: MarkRecord) -> GradebookError:
+def _changed_error(session: Session, before: Current, mark: Mark) -> GradebookError:
     """Return the error that a mark changed since a person saw it: who changed it, when, and why."""
     which = (AuditRecord.question == mark.question, AuditRecord.part == mark.part)
     last = read(session, AuditRecord, AuditRecord.student_id == before.student.id, *which)[-1]
@@ -764,7 +762,7 @@ class Scores:
         *,
         level: int | None = None,
         remark: str = "",
-        expected: MarkRecord | None = None,
+        expected: Mark | None = None,
     ) -> Act:
         """Give points for an answer.
 
@@ -790,9 +788,7 @@ class Scores:
             given = GivenMark(new, actor, clock.now())
             return _act(session, before, given, reason, where, actor, remark=remark, level=level, points=new.points)
 
-    def ask(
-        self, student: str, where: Where, actor: str, *, remark: str = "", expected: MarkRecord | None = None
-    ) -> Act:
+    def ask(self, student: str, where: Where, actor: str, *, remark: str = "", expected: Mark | None = None) -> Act:
         """Ask the instructor: the answer waits until somebody decides, even if it was decided before."""
         with self._database.writing() as session:
             before = current(session, student)
@@ -839,7 +835,7 @@ class Scores:
             free = {
                 caseless(answer.student): answer.student
                 for answer in _answers(session, [where])
-                if answer.student not in taken and answer.mark.status == FOR_A_PERSON and not answer.asked
+                if answer.student not in taken and answer.mark.status == Status.FOR_A_PERSON and not answer.asked
             }
             student = next((free[name] for name in map(caseless, order) if name in free), None)
             if student is not None:
@@ -915,10 +911,10 @@ def _answers(session: Session, parts: Collection[Where] | None, any_state: bool 
     for act in standing(read(session, Act, *_among(Act, parts))):
         done[act.student, act.where].append(act)
     answers = []
-    for student, mark, given in read_marks(session, RunRecord.current, *_among(Mark, parts)):
+    for student, mark, given in read_marks(session, RunRecord.current, *_among(MarkRow, parts)):
         own = given if given is not None and holds(given.mark, mark) else None
         acts = tuple(act for act in done[student, mark.where] if holds(act, mark))
-        if any_state or mark.status == FOR_A_PERSON or own is not None or acts:
+        if any_state or mark.status == Status.FOR_A_PERSON or own is not None or acts:
             answers.append(Answer(student, *mark.where, with_decision(mark, own), acts, own, mark))
     return answers
 

@@ -21,7 +21,8 @@ from labcourse.answers.json_values import thin
 from labcourse.answers.parts import WHOLE, Part
 from labcourse.errors import CourseError
 from labcourse.grading import verdicts
-from labcourse.grading.verdicts import EARLIER_ANSWERS, Case, NothingFollows, OwnAnswers, OwnBench, Status, Verdict
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import EARLIER_ANSWERS, Case, NothingFollows, OwnAnswers, OwnBench, Verdict
 
 MOST_RUNS = 1000  #: of an experiment, far more than anybody makes: a bench repeats none beyond
 _FIRST_RUN = 1  # counted as people count

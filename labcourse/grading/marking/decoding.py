@@ -12,11 +12,11 @@ from typing import Any
 
 from labcourse.answers import answers, forms, report_files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.parts import WHOLE, Part, Where
+from labcourse.answers.parts import WHOLE, Part
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.errors import AnswerError
-from labcourse.problems import Code, Problem, Reason
+from labcourse.problems import Code, Problem, Reason, Where
 
 
 class TooSlow(ArithmeticError):

@@ -32,40 +32,14 @@ from labcourse.answers.report_files import ReportFile
 from labcourse.errors import CourseError
 from labcourse.grading.course import Course
 from labcourse.grading.marking.decoding import Claims, time_limited, with_reports
-from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Status, Verdict
+from labcourse.grading.marks import Mark, Status
+from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Verdict
 from labcourse.problems import Code, Problem, Reason
 
 #: Kind of a part → why there is no answer, where no more is known.
 _ABSENT = {"prose": Problem.of(Code.NO_TEXT), WHOLE: Problem.of(Code.NO_REPORT_TEXT)}
 _TIME_LIMIT = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
-
-
-@dataclass(frozen=True)
-class Mark:
-    """Mark of the answer to one part.
-
-    Attributes
-    ----------
-    question, part : number of the question, and name of the part
-    status : see :class:`~labcourse.grading.verdicts.Status`
-    points, out_of : earned, and possible
-    reason : for the student: the words of the key, or the problem that decided it
-    given : the student's answer as a short text; prose as a whole
-    """
-
-    question: str
-    part: str
-    status: Status
-    points: float
-    out_of: float
-    reason: Reason
-    given: str = ""
-
-    @property
-    def awaiting(self) -> float:
-        """Return the points on which a person has yet to decide."""
-        return self.out_of if self.status is Status.FOR_A_PERSON else 0.0
 
 
 @dataclass(frozen=True)

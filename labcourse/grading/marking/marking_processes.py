@@ -30,7 +30,8 @@ from labcourse.grading import course as courses
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course, package_folder
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
-from labcourse.grading.marking.marking import Context, Mark
+from labcourse.grading.marking.marking import Context
+from labcourse.grading.marks import Mark
 from labcourse.grading.settings import SETTINGS_FILE
 from labcourse.problems import Code, Problem, Reason
 

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 from labcourse.grading.accounts import points
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkRecord, MarkState, Publication
+from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkState, Publication
 from labcourse.grading.gradebook.store import NO_LONGER
 from labcourse.grading.graded_run import is_failed
-from labcourse.grading.verdicts import UNDECIDED, Status
+from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.sentences import sentence
 
 KEY_CHANGED = "the key has changed"
@@ -40,7 +40,7 @@ class Changes:
     before: float
     after: float
     out_of: float
-    parts: tuple[tuple[tuple[str, str], MarkRecord | None, MarkRecord | None], ...]
+    parts: tuple[tuple[tuple[str, str], Mark | None, Mark | None], ...]
 
     def __str__(self) -> str:
         """Return a line for the student, and one for each part."""
@@ -61,11 +61,11 @@ class Changes:
         return {"student": self.student, **sums, "why": self.why, "changes": changed}
 
 
-def _reason_of(mark: MarkRecord | None) -> str:
+def _reason_of(mark: Mark | None) -> str:
     return "" if mark is None else sentence(mark.reason)
 
 
-def _in_words(mark: MarkRecord | None) -> str:
+def _in_words(mark: Mark | None) -> str:
     if mark is None:
         return "no mark"
     if mark.status in UNDECIDED:
@@ -73,7 +73,7 @@ def _in_words(mark: MarkRecord | None) -> str:
     return f"{points(mark.points)} of {points(mark.out_of)} ({mark.status})"
 
 
-def _as_json(mark: MarkRecord | None) -> dict[str, Any] | None:
+def _as_json(mark: Mark | None) -> dict[str, Any] | None:
     if mark is None:
         return None
     return {"status": mark.status, "points": mark.points, "out_of": mark.out_of, "reason": sentence(mark.reason)}
@@ -97,7 +97,7 @@ def changes(before: Graded, after: Graded) -> Changes:
     )
 
 
-def _decision(mark: MarkRecord | None) -> tuple[str, float, float] | None:
+def _decision(mark: Mark | None) -> tuple[str, float, float] | None:
     return None if mark is None else (mark.status, mark.points, mark.out_of)
 
 

@@ -18,14 +18,14 @@ from labcourse.errors import AnswerError
 from labcourse.grading.accounts import in_full, points, worth
 from labcourse.grading.assignments import State, Work
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import MarkRecord, RunRecord
+from labcourse.grading.gradebook import RunRecord
 from labcourse.grading.graded_run import answers_of
+from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports import drawn_figure, markdown
 from labcourse.grading.reports.changes import state_text
 from labcourse.grading.reports.result import Result, asked, lapse, state_of, sums
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import FeedbackSettings
-from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.sentences import sentence
 
 _GOOD = (Status.RIGHT, Status.BY_A_PERSON)
@@ -70,11 +70,11 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
 
 def _look_again(
     questions: Iterable[dict[str, Any]], works: Mapping[str, Work], course: Course
-) -> list[tuple[dict[str, Any], MarkRecord]]:
+) -> list[tuple[dict[str, Any], Mark]]:
     """Return the questions that lost most points, each with the mark that lost most; nothing of work that is absent."""
     counted = course.settings.marks
 
-    def lost(mark: MarkRecord) -> float:
+    def lost(mark: Mark) -> float:
         counts = mark.status not in UNDECIDED and not counted.dropped_as(*mark.where)
         return (mark.out_of - mark.points) * counted.weight(*mark.where) if counts else 0.0
 
@@ -119,7 +119,7 @@ def anchor(number: str) -> str:
 
 
 def _part(
-    mark: MarkRecord, question: Question, figures: Mapping[tuple[str, str], Markup], texts: Mapping[str, Any]
+    mark: Mark, question: Question, figures: Mapping[tuple[str, str], Markup], texts: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return what the template needs of a part: ``answer`` is HTML, if there is any; else ``text`` is shown."""
     part = next((part for part in question.parts if part.name == mark.part), None)

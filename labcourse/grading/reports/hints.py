@@ -23,12 +23,12 @@ from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded
 from labcourse.grading.graded_run import answers_of, facts_of, marking_job
+from labcourse.grading.marks import Status
 from labcourse.grading.reports.templating import templates
-from labcourse.grading.verdicts import Key, OwnBench, Status
+from labcourse.grading.verdicts import Key, OwnBench
 from labcourse.messages import plural
+from labcourse.problems import Where
 from labcourse.student_id import caseless
-
-Where = tuple[str, str]  # question and part
 
 DIGITS = 3  #: a number with no more significant digits may be equal to a class-mate's by chance
 FEWEST_TOGETHER = 2  #: wrong numbers that have to fit another bench, where none is a hint by itself

@@ -9,21 +9,11 @@ from functools import cached_property
 from labcourse.grading.accounts import Account, AssignmentGrade, account_of
 from labcourse.grading.assignments import Handed
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import (
-    Arrival,
-    CommentRecord,
-    GivenMark,
-    Gradebook,
-    Graded,
-    MarkRecord,
-    RunRecord,
-    StudentRecord,
-)
+from labcourse.grading.gradebook import Arrival, CommentRecord, GivenMark, Gradebook, Graded, RunRecord, StudentRecord
 from labcourse.grading.graded_run import facts_of, key_faults
 from labcourse.grading.intake import is_unread
-from labcourse.grading.marking.marking import Mark
+from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.changes import Change
-from labcourse.grading.verdicts import UNDECIDED, Status
 from labcourse.messages import plural, shortened
 from labcourse.patterns import pattern
 from labcourse.problems import NOT_COUNTED, Code, Problem, has
@@ -54,7 +44,7 @@ class Sums:
     not_marked: float
 
 
-def sums(marks: Iterable[MarkRecord | Mark]) -> Sums:
+def sums(marks: Iterable[Mark]) -> Sums:
     """Add up the points of marks. What is not decided yet is not earned as 0."""
     marks = list(marks)
     decided = [mark.points for mark in marks if mark.out_of and mark.status not in UNDECIDED]
@@ -93,7 +83,7 @@ class Result:
         return self.graded.run
 
     @property
-    def marks(self) -> tuple[MarkRecord, ...]:
+    def marks(self) -> tuple[Mark, ...]:
         """The marks for every part of every question in the key."""
         return self.graded.marks
 
@@ -108,7 +98,7 @@ class Result:
         return sum(mark.points for mark in self.counted)
 
     @cached_property
-    def counted(self) -> list[MarkRecord]:
+    def counted(self) -> list[Mark]:
         """The marks in what counts so far."""
         if self.account is None:
             return list(self.marks)
@@ -132,7 +122,7 @@ class Result:
         found = [one for one in reported if isinstance(one, Problem) and one.code in NOT_COUNTED]
         return sorted(dict.fromkeys(found), key=lambda one: NOT_COUNTED.index(one.code))
 
-    def undecided(self) -> list[MarkRecord]:
+    def undecided(self) -> list[Mark]:
         """Return what is worth points, counts so far, and nobody has given or refused yet."""
         return [mark for mark in self.counted if mark.out_of and mark.status in UNDECIDED]
 
@@ -195,10 +185,10 @@ def account_in(book: Gradebook, course: Course, graded: Graded | None, about: St
     return account_of(course, Handed(about, marks, arrivals, graded, excuses))
 
 
-def nothing_given(course: Course) -> tuple[MarkRecord, ...]:
+def nothing_given(course: Course) -> tuple[Mark, ...]:
     """Return the marks of somebody who gave no answer."""
     parts = [(question.number, part) for question in course.asked.marked.values() for part in question.parts]
-    return tuple(MarkRecord(number, part.name, Status.MISSING, 0.0, part.points, "") for number, part in parts)
+    return tuple(Mark(number, part.name, Status.MISSING, 0.0, part.points, "") for number, part in parts)
 
 
 def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, Arrival]:

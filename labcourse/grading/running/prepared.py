@@ -12,13 +12,12 @@ from typing import Any
 from labcourse.answers import answers, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE, MAX_SOURCE, UNREADABLE, Cell, HandIn
-from labcourse.answers.parts import Where
 from labcourse.answers.words import TextAnswer
 from labcourse.errors import AnswerError
 from labcourse.grading.running import supplied as supplying
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.supplied import Supplied
-from labcourse.problems import Code, Problem, as_json
+from labcourse.problems import Code, Problem, Where, as_json
 from labcourse.run import alignment, merge
 from labcourse.run.alignment import Change, Happened, Role
 from labcourse.run.merge import Merged

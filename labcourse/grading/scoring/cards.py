@@ -10,11 +10,13 @@ from markupsafe import Markup
 from labcourse.answers.parts import WHOLE, Part, Question
 from labcourse.answers.report_files import NOT_WRITTEN, ReportFile, without_digests
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Answer, MarkRecord, RunRecord
+from labcourse.grading.gradebook import Answer, RunRecord
 from labcourse.grading.graded_run import facts_of, marking_job
+from labcourse.grading.marks import Mark
 from labcourse.grading.reports.feedback import figures_of
 from labcourse.grading.reports.markdown import answer_as_html, as_html, pictures_of
-from labcourse.grading.scoring.desk import Desk, Where, key_of, seen, state
+from labcourse.grading.scoring.desk import Desk, key_of, seen, state
+from labcourse.problems import Where
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence
 
@@ -161,7 +163,7 @@ def _parts(question: Question | None) -> Iterable[Part]:
     return question.parts if question is not None else ()
 
 
-def _fact(desk: Desk, mark: MarkRecord, where: Where) -> dict[str, str]:
+def _fact(desk: Desk, mark: Mark, where: Where) -> dict[str, str]:
     """Return a mark beside the text: what the student gave, and, if it is no text, what the machine found."""
     name = mark.part if mark.question == where[0] else f"{mark.question} {mark.part}"
     if _kind(desk, mark.where) in _WORDS:

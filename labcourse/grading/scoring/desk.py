@@ -22,16 +22,15 @@ from labcourse.errors import GradebookError
 from labcourse.grading.accounts import points as shown_points
 from labcourse.grading.accounts import worth as in_points
 from labcourse.grading.assignments import exact
-from labcourse.grading.gradebook import FOR_A_PERSON, Act, Answer, Gradebook, standing
+from labcourse.grading.gradebook import Act, Answer, Gradebook, standing
+from labcourse.grading.marks import Status
 from labcourse.grading.reports.result import without_numbers
 from labcourse.grading.scoring.rubric import Item
 from labcourse.grading.settings import LevelSettings
 from labcourse.patterns import ANSWER, pattern
-from labcourse.problems import Problem, Reason
+from labcourse.problems import Problem, Reason, Where
 from labcourse.sentences import sentence
 from labcourse.student_id import caseless
-
-Where = tuple[str, str]  #: question, part
 
 HELD = 120.0  #: s for which an answer is a scorer's: three renewals, and not long after a page was closed by force
 MOST_TOGETHER = 8  #: answers that are scored in one go: each is shown
@@ -193,7 +192,7 @@ class Desk:
         answers that the machine leaves to a person.
         """
         made = decided.made
-        if decided.given is None or made is None or made.status == FOR_A_PERSON:
+        if decided.given is None or made is None or made.status == Status.FOR_A_PERSON:
             return []
         same = (made.status, _same_for_all(made.reason))
         answers = sorted(self.book.scores.any_answers(made.where), key=lambda one: shuffled(one.student, made.where))

@@ -26,11 +26,10 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import GradingError
 from labcourse.grading.course import RUBRIC_FILE
 from labcourse.grading.settings import read_toml, refuse
+from labcourse.problems import Where
 
 LEVELS = (4, 3, 2, 1)  #: exemplary, proficient, developing, beginning
 LONGEST = 500  #: characters of a text; five lines, read before each of eighty answers
-
-Where = tuple[str, str]  #: question, part
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,10 @@ from labcourse.grading.reports import feedback
 from labcourse.grading.reports.result import asked, lapse, result_in
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import cards, progress
-from labcourse.grading.scoring.desk import Desk, Done, Pick, Where, key_of, moment, seen, state
+from labcourse.grading.scoring.desk import Desk, Done, Pick, key_of, moment, seen, state
 from labcourse.grading.scoring.guards import ACTOR, Find, Guard, Scorer, refusal
 from labcourse.grading.scoring.site import Site
+from labcourse.problems import Where
 from labcourse.student_id import caseless
 
 LONGEST_REMARK = 2000  #: characters; a page

@@ -13,16 +13,8 @@ from made_runs import graded, mark, prose, record, small_class
 
 from labcourse import clock
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import (
-    DECIDED,
-    GIVEN_BY_A_PERSON,
-    Arrival,
-    Delivery,
-    Gradebook,
-    MarkState,
-    storable,
-    store,
-)
+from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, Gradebook, MarkState, storable, store
+from labcourse.grading.marks import Status
 
 
 def changes(book, **which):
@@ -103,7 +95,7 @@ def nested(inner, levels):
         graded("ada", "first", mark(points=float("nan"))),
         graded("ada", "first", mark(out_of=float("inf"))),
         graded("ada", "first", mark(), mark()),
-        graded("ada", "first", prose(status=GIVEN_BY_A_PERSON)),
+        graded("ada", "first", prose(status=Status.BY_A_PERSON)),
         graded(probe_seed=2**63),
         graded(supplied={"2.11.omega_n": float("nan")}),
         graded(supplied={"2.11.omega_n": 10**5000}),
@@ -216,13 +208,13 @@ def test_a_file_that_is_too_large_is_refused_by_name(book, monkeypatch):
 def test_a_persons_mark_holds_while_the_answer_is_the_same(book):
     record(book, graded())
     assert book.set_mark("ADA", "2.12", "why", 2.5, "Nearly.", "prof") == 1
-    given = prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
+    given = prose(points=2.5, status=Status.BY_A_PERSON, reason="Nearly.")
     assert book.current("ada").marks == (mark(), given)
     assert record(book, graded()) == 0
     assert book.remark("ada", [mark(), prose()], "key 2", "prof", "") == 0
     assert record(book, graded("ada", "second")) == 0
     assert book.current("ada").marks == (mark(), given)
-    assert changes(book, question="2.12")[1:] == [("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))]
+    assert changes(book, question="2.12")[1:] == [("why", ("for a person", 0.0), (Status.BY_A_PERSON, 2.5))]
 
 
 def test_another_answer_waits_again_and_the_audit_trail_says_so(book):
@@ -233,7 +225,7 @@ def test_another_answer_waits_again_and_the_audit_trail_says_so(book):
     assert book.audit()[-1].reason == f"Graded. {store.NO_LONGER}"
     record(book, graded())  # what the person read
     assert book.current("ada").marks[1].points == 2.5
-    assert changes(book, question="2.12")[-1] == ("why", ("for a person", 0.0), (GIVEN_BY_A_PERSON, 2.5))
+    assert changes(book, question="2.12")[-1] == ("why", ("for a person", 0.0), (Status.BY_A_PERSON, 2.5))
 
 
 @pytest.mark.parametrize(
@@ -249,7 +241,7 @@ def test_a_persons_mark_holds_if_only_white_space_or_composition_of_accents_chan
     book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
     record(book, graded("ada", "second", mark(), prose(given)))
     kept = book.current("ada").marks[1]
-    assert (kept.points, kept.status) == (2.5, GIVEN_BY_A_PERSON)
+    assert (kept.points, kept.status) == (2.5, Status.BY_A_PERSON)
     assert kept.given == storable.text(given)  # as it was handed in last
     assert book.current("ada").lapsed == ()
     assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof") == 0
@@ -262,7 +254,7 @@ def test_a_lapsed_mark_is_returned_with_who_gave_it_and_when(book):
     after = clock.now()
     record(book, graded("ada", "second", mark(), prose("It does not.")))
     (lapsed,) = book.current("ada").lapsed
-    assert lapsed.mark == prose(points=2.5, status=GIVEN_BY_A_PERSON, reason="Nearly.")
+    assert lapsed.mark == prose(points=2.5, status=Status.BY_A_PERSON, reason="Nearly.")
     assert lapsed.actor == "prof" and before <= lapsed.when <= after
     read, before = book.current("ada"), dump(book)
     assert record(book, read) == 0 and dump(book) == before
@@ -351,7 +343,7 @@ CLEANED = (
 def test_hostile_text_is_cleaned_for_databases_and_terminals(book):
     texts = ("master", "software", "isolation", "key_digest", "release")
     run = dict.fromkeys(texts, HOSTILE) | {"notes": (HOSTILE,), "claim": {HOSTILE: [HOSTILE]}, "files": (HOSTILE,)}
-    record(book, graded("ada", HOSTILE, mark(HOSTILE, HOSTILE, HOSTILE, reason=HOSTILE, given=HOSTILE), **run))
+    record(book, graded("ada", HOSTILE, mark(HOSTILE, HOSTILE, reason=HOSTILE, given=HOSTILE), **run))
     kept = book.current("ada")
     book.set_mark("ada", kept.marks[0].question, kept.marks[0].part, 1.0, HOSTILE, HOSTILE)
     book.comment("ada", HOSTILE, HOSTILE, HOSTILE)

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from labcourse import clock
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook import FOR_A_PERSON, GIVEN_BY_A_PERSON, Gradebook
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.marks import Status
 
 WORDS = ("2.11", "explanation")  # 1 point
 COMPARED = ("2.16", "comparison")  # 2 points
@@ -49,7 +50,7 @@ def test_a_level_becomes_the_mark_with_its_remark_and_a_line_in_the_audit_trail(
     act = class_of_three.scores.give("ada", COMPARED, 1.5, "kim", level=3, remark="Say how much.")
     after = clock.now()
     now = mark_now(class_of_three, "ada", COMPARED)
-    assert (now.status, now.points, now.reason) == (GIVEN_BY_A_PERSON, 1.5, "Say how much.")
+    assert (now.status, now.points, now.reason) == (Status.BY_A_PERSON, 1.5, "Say how much.")
     line = class_of_three.audit("ada")[-1]
     assert (line.actor, line.after.points, line.reason) == ("kim", 1.5, "Say how much.")
     assert (act.level, act.points, act.out_of, act.given) == (3, 1.5, 2.0, "It was fine.")
@@ -92,7 +93,7 @@ def test_an_answer_on_which_the_instructor_is_asked_waits_until_somebody_decides
     class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     class_of_three.scores.ask("ada", COMPARED, "kim", remark="Is this a copy?")
     answer = class_of_three.scores.answers([COMPARED])[0]
-    assert answer.asked and answer.waiting and answer.mark.status == FOR_A_PERSON
+    assert answer.asked and answer.waiting and answer.mark.status == Status.FOR_A_PERSON
     assert class_of_three.scores.claim(["ada"], COMPARED, "lee", HOUR) is None  # the instructor's, and nobody else's
     class_of_three.set_mark("ada", *COMPARED, 1, "No.", "prof")
     answer = class_of_three.scores.answers([COMPARED])[0]
@@ -139,7 +140,7 @@ def test_the_mark_always_follows_from_the_acts_that_were_not_taken_back(tmp_path
                 book.scores.undo(stack.pop()[0], "kim")
             now = mark_now(book, "ada", COMPARED)
             decided = stack[-1][1] if stack else None
-            assert (now.status == GIVEN_BY_A_PERSON) == (decided is not None)
+            assert (now.status == Status.BY_A_PERSON) == (decided is not None)
             assert now.points == (decided or 0)
 
 

@@ -9,7 +9,8 @@ import pytest
 from labcourse.answers.parts import Part, number, recording
 from labcourse.grading.marking import checks, decoding
 from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit, wrong_answer
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex.recording import Channel, Recording
 
 X = number("x", "", None, "", "A number.")

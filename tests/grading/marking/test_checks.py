@@ -10,7 +10,8 @@ from labcourse.answers import forms
 from labcourse.answers.json_values import FormError
 from labcourse.answers.parts import Part, Probe, function, matrix, number, poles
 from labcourse.grading.marking.checks import FunctionIs, MatrixIs, Number, PolesAre
-from labcourse.grading.verdicts import Case, NothingFollows, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case, NothingFollows
 
 SEED = 3
 MATRIX, POLES = matrix("A", (2, 2), "", ""), poles("p", 2, "", "")

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from labcourse.grading.marking import expression_checks
 from labcourse.grading.marking.expression_checks import ExpressionIs, at
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex.course.questions import CATALOGUE
 from solutions import motion
 from solutions.motion import accelerations, euler_lagrange, slope

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from labcourse.answers import forms
 from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
 from labcourse.grading.marking.units import ANGLE
-from labcourse.grading.verdicts import Case, Status
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case
 from rotflex.course.questions import CATALOGUE
 from rotflex.recording import Recording
 from solutions.key import KEY

@@ -17,7 +17,8 @@ from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking import marking_processes as marker
 from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
 from labcourse.grading.marking.marking import Context
-from labcourse.grading.verdicts import Case, Status, right
+from labcourse.grading.marks import Status
+from labcourse.grading.verdicts import Case, right
 from labcourse.problems import Code, Problem
 from rotflex import hil, model
 from rotflex.course.questions import CATALOGUE

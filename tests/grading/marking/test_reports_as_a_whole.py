@@ -8,11 +8,10 @@ from gradebooks import graded, record
 from made_courses import OURS
 
 from labcourse.answers.words import TextAnswer
-from labcourse.grading.graded_run import mark_records
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import Context
-from labcourse.grading.verdicts import Status
+from labcourse.grading.marks import Status
 from labcourse.problems import Code, Problem
 
 REPORT, WHOLE = "Modeling report", "Modeling report, as a whole"
@@ -91,7 +90,7 @@ def test_what_could_not_be_read_at_all_is_missing_as_a_whole_too():
 
 
 def run(texts, submission="first"):
-    return graded("ada", *mark_records(tuple(marks(texts).values())), submission=submission)
+    return graded("ada", *marks(texts).values(), submission=submission)
 
 
 def judged(book):

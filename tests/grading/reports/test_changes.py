@@ -8,7 +8,8 @@ from datetime import UTC, datetime
 import pytest
 from gradebooks import graded, mark, prose, result
 
-from labcourse.grading.gradebook import GivenMark, MarkRecord
+from labcourse.grading.gradebook import GivenMark
+from labcourse.grading.marks import Mark
 from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import HANDED_IN_AGAIN, KEY_CHANGED, RUN_AGAIN, changes, changes_since
 from labcourse.grading.reports.live_report import JsonLines, Screen
@@ -28,7 +29,7 @@ def test_each_part_that_changed_is_told_from_what_to_what_and_why():
 
 
 def test_a_part_that_comes_or_goes_is_told():
-    new = MarkRecord("2.12", "K_s", "right", 1.0, 1.0, "Well.")
+    new = Mark("2.12", "K_s", "right", 1.0, 1.0, "Well.")
     found = changes(graded("ada", mark(), prose()), graded("ada", mark(), new))
     came, went = found.as_data()["changes"]
     assert (came["before"], went["after"]) == (None, None)
@@ -67,7 +68,7 @@ def test_who_had_no_marks_or_has_the_same_has_no_changes():
 BEFORE = graded("ada", mark(), prose())
 REMARKED = graded("ada", mark("wrong", 0.0, "More than 1 % off."), prose(), key="key 2")
 LAPSED = GivenMark(
-    MarkRecord("2.11", "explanation", "given by a person", 0.5, 1.0, "Nearly.", "Before."),
+    Mark("2.11", "explanation", "given by a person", 0.5, 1.0, "Nearly.", "Before."),
     "tutor",
     datetime(2026, 3, 2, tzinfo=UTC),
 )

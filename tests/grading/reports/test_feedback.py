@@ -15,16 +15,14 @@ from PIL import Image
 
 from labcourse import clock
 from labcourse.answers.catalogue import Catalogue
-from labcourse.grading.gradebook import CommentRecord, GivenMark, MarkRecord, RunRecord
+from labcourse.grading.gradebook import CommentRecord, GivenMark, RunRecord
+from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import feedback
 from labcourse.grading.settings import MarkSettings
-from labcourse.grading.verdicts import Status
 
-OMEGA = MarkRecord("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Within 5 %.", "19.9 rad/s")
-WHY = MarkRecord("2.11", "explanation", Status.BY_A_PERSON, 1.0, 1.0, "Well reasoned.", "Because it bends.")
-STIFFNESS = MarkRecord(
-    "2.12", "K_s", Status.FOLLOW_THROUGH, 2.0, 2.0, "It agrees with your own omega_n.", "1.3 N·m/rad"
-)
+OMEGA = Mark("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Within 5 %.", "19.9 rad/s")
+WHY = Mark("2.11", "explanation", Status.BY_A_PERSON, 1.0, 1.0, "Well reasoned.", "Because it bends.")
+STIFFNESS = Mark("2.12", "K_s", Status.FOLLOW_THROUGH, 2.0, 2.0, "It agrees with your own omega_n.", "1.3 N·m/rad")
 FIGURE = {
     "title": "",
     "xlabel": "time (s)",
@@ -58,12 +56,12 @@ def test_a_whole_page():
         OMEGA,
         replace(WHY, status=Status.FOR_A_PERSON, points=0.0),
         STIFFNESS,
-        MarkRecord("2.12", "J_l", Status.WRONG, 0.0, 1.0, "More than 1 % off.", "4"),
-        MarkRecord("2.16", "comparison", Status.NOT_MARKED, 0.0, 2.0, "key.py, line 3.", "So."),
-        MarkRecord("3.1", "explanation", Status.MISSING, 0.0, 1.0, "3.1 stopped: NameError, line 3", ""),
+        Mark("2.12", "J_l", Status.WRONG, 0.0, 1.0, "More than 1 % off.", "4"),
+        Mark("2.16", "comparison", Status.NOT_MARKED, 0.0, 2.0, "key.py, line 3.", "So."),
+        Mark("3.1", "explanation", Status.MISSING, 0.0, 1.0, "3.1 stopped: NameError, line 3", ""),
     ]
     said = [CommentRecord("ada", None, "Good.", "prof", when), CommentRecord("ada", "2.11", "Unit?", "tutor", when)]
-    lapsed = GivenMark(MarkRecord("2.12", "K_s", "given by a person", 1.0, 2.0, "", ""), "tutor", when)
+    lapsed = GivenMark(Mark("2.12", "K_s", "given by a person", 1.0, 2.0, "", ""), "tutor", when)
     more = {"about": ("Ada L.", "", "B"), "problems": ("A problem.",), "notes": ("A note.",)}
     text = page_text(page(*marks, comments=said, lapsed=[lapsed], **more))
     place = -1
@@ -82,10 +80,10 @@ def test_a_whole_page():
 
 def test_the_three_questions_that_lost_most_come_first_with_their_cell_in_the_students_notebook():
     wrong = replace(OMEGA, status=Status.WRONG, points=0.0)
-    half = MarkRecord("3.1", "explanation", Status.BY_A_PERSON, 0.5, 1.0, "Which way?", "Stable.")
-    little = MarkRecord("3.3", "A_c", Status.PARTLY, 0.9, 1.0, "Nearly.", "A_c")
-    twice = MarkRecord("2.1", "V", Status.PARTLY, 1.25, 2.0, "A sign.", "V")
-    waits = MarkRecord("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "A person reads it.", "So.")
+    half = Mark("3.1", "explanation", Status.BY_A_PERSON, 0.5, 1.0, "Which way?", "Stable.")
+    little = Mark("3.3", "A_c", Status.PARTLY, 0.9, 1.0, "Nearly.", "A_c")
+    twice = Mark("2.1", "V", Status.PARTLY, 1.25, 2.0, "A sign.", "V")
+    waits = Mark("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "A person reads it.", "So.")
     course = replace(COURSE, settings=replace(COURSE.settings, marks=MarkSettings(weights={"2.1": 3})))
     text = page(wrong, WHY, half, little, twice, waits, course=course)  # lost: 2, 0.5, 0.1, 0.75 × 3, nothing
     first = text[text.index("<ol>") : text.index("</ol>")]
@@ -120,7 +118,7 @@ def test_what_a_person_had_to_say_is_not_folded_away():
     assert opened(page(OMEGA, comments=[comment])) == {"2.11": True}
 
 
-DRAWN = MarkRecord("2.9", "figure", Status.RIGHT, 1.0, 1.0, "Well.", "1 diagram, 1 curve")
+DRAWN = Mark("2.9", "figure", Status.RIGHT, 1.0, 1.0, "Well.", "1 diagram, 1 curve")
 
 
 def test_the_students_own_figure_is_drawn_with_its_description():
@@ -169,10 +167,10 @@ EVIL = "<script>alert(1)</script><img src=x onerror=y>\"'--><style>*{display:non
 
 def test_whatever_a_student_can_put_in_is_escaped():
     when = clock.now()
-    mark = MarkRecord("2.11", "explanation", Status.FOR_A_PERSON, 0, 1, EVIL, EVIL)
+    mark = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0, 1, EVIL, EVIL)
     figure = {**FIGURE, "title": EVIL[:200], "xlabel": EVIL[:200], "ylabel": EVIL[:200]}
     figure["lines"] = [{**FIGURE["lines"][0], "label": EVIL[:200]}]
-    given = GivenMark(MarkRecord(EVIL, EVIL, EVIL, 1.0, 2.0, EVIL, EVIL), EVIL, when)
+    given = GivenMark(Mark(EVIL, EVIL, EVIL, 1.0, 2.0, EVIL, EVIL), EVIL, when)
     answers = {"2.9": {"figure": {"kind": "figure", "axes": [figure]}}}
     one = run(answers, problems=(EVIL,), notes=(EVIL,), words={"2.11": {"explanation": {"text": EVIL, "pictures": {}}}})
     comments = [CommentRecord("ada", None, EVIL, EVIL, when)]
@@ -185,7 +183,7 @@ def test_whatever_a_student_can_put_in_is_escaped():
 
 def test_nothing_turns_the_direction_of_the_page():
     turning = "\u202e2 of 2\u2066\x9b31m"
-    mark = MarkRecord("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, turning, turning)
+    mark = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, turning, turning)
     text = page(mark, student=turning, problems=(turning,), notes=(turning,), isolation=turning)
     assert not set("\u202e\u2066\x9b") & set(text)
     assert text.count(r"\u202e2 of 2\u2066\x9b31m") == 8  # twice as name and problem, and wherever else it is put

@@ -7,13 +7,13 @@ from made_courses import OURS
 
 from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
-from labcourse.grading.gradebook import MarkRecord, StudentRecord
+from labcourse.grading.gradebook import StudentRecord
+from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import feedback
-from labcourse.grading.verdicts import Status
 
 MARKS = (
-    MarkRecord("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Folded reason.", "19.9 rad/s"),
-    *(MarkRecord("2.12", status.name, status, 0.0, 1.0, "Open reason.", "1.3") for status in Status),
+    Mark("2.11", "omega_n", Status.RIGHT, 2.0, 2.0, "Folded reason.", "19.9 rad/s"),
+    *(Mark("2.12", status.name, status, 0.0, 1.0, "Open reason.", "1.3") for status in Status),
 )
 
 

@@ -11,7 +11,8 @@ from page_text import page_text
 from labcourse import clock
 from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
-from labcourse.grading.gradebook import Arrival, CommentRecord, Excuse, MarkRecord, StudentRecord
+from labcourse.grading.gradebook import Arrival, CommentRecord, Excuse, StudentRecord
+from labcourse.grading.marks import Mark
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import Result
@@ -29,7 +30,7 @@ ASSIGNMENTS = tuple(
 )
 COURSE = replace(OURS, settings=replace(OURS.settings, assignments=ASSIGNMENTS))
 MARKS = (
-    MarkRecord("2.1", "V", "right", 2.0, 2.0, "Equal.", "V"),
+    Mark("2.1", "V", "right", 2.0, 2.0, "Equal.", "V"),
     mark("wrong", 0.0),
     prose(),
     report_text("missing"),

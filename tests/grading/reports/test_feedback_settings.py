@@ -13,16 +13,16 @@ from page_text import page_text
 from labcourse import clock
 from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
-from labcourse.grading.gradebook import MarkRecord, StudentRecord
+from labcourse.grading.gradebook import StudentRecord
+from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.settings import CourseSettings, FeedbackSettings, MarkSettings
-from labcourse.grading.verdicts import Status
 
 MARKS = (
-    MarkRecord("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Look at the units.", "omega_n = 3.1"),
-    MarkRecord("2.12", "K_s", Status.BY_A_PERSON, 1.5, 2.0, "Nearly: see me.", "K_s = 1.2"),
-    MarkRecord("2.13", "J_l", Status.MISSING, 0.0, 1.0, "2.13 stopped: NameError, line 3.", ""),
+    Mark("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Look at the units.", "omega_n = 3.1"),
+    Mark("2.12", "K_s", Status.BY_A_PERSON, 1.5, 2.0, "Nearly: see me.", "K_s = 1.2"),
+    Mark("2.13", "J_l", Status.MISSING, 0.0, 1.0, "2.13 stopped: NameError, line 3.", ""),
 )
 POINTS = re.compile(r"\d of \d|points|Points")
 

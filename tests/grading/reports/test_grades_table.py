@@ -13,16 +13,16 @@ from made_courses import OURS
 
 from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed
-from labcourse.grading.gradebook import GivenMark, MarkRecord, StudentRecord
+from labcourse.grading.gradebook import GivenMark, StudentRecord
+from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports.grades import NotGraded, grades_table
-from labcourse.grading.verdicts import Status
 from labcourse.safe_text import as_csv, from_spreadsheet_cell, no_escapes, spreadsheet_cell
 
-NUMBER = MarkRecord("2.11", "omega_n", Status.RIGHT, 1.5, 2.0, "Reason.", "19.9 rad/s")
-WORDS = MarkRecord("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, "Reason.", "So.")
-ALL_WORDS = MarkRecord("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "Reason.", "So.")
-FAULTY = MarkRecord("3.1", "stability", Status.NOT_MARKED, 0.0, 1.0, "The key has a fault.", "stable")
-NO_POINTS = MarkRecord("0.1", "resolution", Status.WRONG, 0.0, 0.0, "Reason.", "1")
+NUMBER = Mark("2.11", "omega_n", Status.RIGHT, 1.5, 2.0, "Reason.", "19.9 rad/s")
+WORDS = Mark("2.11", "explanation", Status.FOR_A_PERSON, 0.0, 1.0, "Reason.", "So.")
+ALL_WORDS = Mark("2.16", "comparison", Status.FOR_A_PERSON, 0.0, 2.0, "Reason.", "So.")
+FAULTY = Mark("3.1", "stability", Status.NOT_MARKED, 0.0, 1.0, "The key has a fault.", "stable")
+NO_POINTS = Mark("0.1", "resolution", Status.WRONG, 0.0, 0.0, "Reason.", "1")
 
 
 def result(student="ada", *marks, **more):
@@ -42,7 +42,7 @@ def test_what_waits_and_what_the_key_could_not_mark_is_0_in_no_column():
 
 
 def test_no_points_that_were_decided_are_0():
-    wrong = MarkRecord("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Reason.", "3")
+    wrong = Mark("2.11", "omega_n", Status.WRONG, 0.0, 2.0, "Reason.", "3")
     row = table(result("ada", wrong, WORDS))["ada"]
     assert (row["2.11"], row["total"], row["awaiting a person"]) == ("0", "0", "1")
 
@@ -54,7 +54,7 @@ def test_columns_stand_in_the_keys_order_and_hold_what_only_one_has():
 
 
 def test_a_persons_mark_that_lapsed_is_in_the_notes():
-    mark = MarkRecord("2.11", "explanation", "given by a person", 0.5, 1.0, "Well.", "Before.")
+    mark = Mark("2.11", "explanation", "given by a person", 0.5, 1.0, "Well.", "Before.")
     lapsed = GivenMark(mark, "A. Teacher", datetime(2026, 3, 2, tzinfo=UTC))
     notes = table(result(lapsed=[lapsed], problems=("Trouble.",)))["ada"]["notes"]
     assert notes.startswith("Trouble. 2.11, explanation: A. Teacher gave 0.5 of 1 points on 2026-03-02 for another")

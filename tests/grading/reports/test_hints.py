@@ -15,13 +15,14 @@ from made_courses import OURS
 
 from labcourse.answers.forms import encode_recording
 from labcourse.benches import SAME, THEIR_OWN, BenchPolicy
-from labcourse.grading.gradebook import Delivery, MarkRecord
+from labcourse.grading.gradebook import Delivery
 from labcourse.grading.graded_run import Facts
 from labcourse.grading.marking.checks import ForAPerson, Number
+from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import hints
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.hints import Work
-from labcourse.grading.verdicts import OwnBench, Status
+from labcourse.grading.verdicts import OwnBench
 from rotflex import experiments, hil
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
@@ -241,7 +242,7 @@ def course():
 def answered(student, value, status, bench_of=""):
     content = book_with(student, {"2.11": {"omega_n": {"kind": "number", "value": value}}})
     facts = Facts(bench_of=bench_of or student, policy=BenchPolicy()).as_json()
-    marks = MarkRecord("2.11", "omega_n", status, 0.0, 2.0, "Well.", "")
+    marks = Mark("2.11", "omega_n", status, 0.0, 2.0, "Well.", "")
     return graded(student, marks, answers=content, cells=facts)
 
 

@@ -8,7 +8,6 @@ from made_courses import OURS
 
 import rotflex.course.lab
 from labcourse.grading.gradebook import RunRecord
-from labcourse.grading.graded_run import mark_records
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
 from labcourse.grading.reports import feedback
@@ -43,7 +42,7 @@ def run_of(data):
 
 def marks_of(data):
     seed = student_seed("ada")
-    return mark_records(tuple(mark(OURS, decode(data, seed, OURS.catalogue), TrueBench("ada"), seed)))
+    return tuple(mark(OURS, decode(data, seed, OURS.catalogue), TrueBench("ada"), seed))
 
 
 def test_it_stands_beside_what_was_recorded_by_the_students_own_word(foretold):

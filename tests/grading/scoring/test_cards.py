@@ -9,7 +9,7 @@ from made_courses import OURS
 from PIL import Image
 from scoring_class import COMPARED, RUBRIC, WORDS, desk
 
-from labcourse.grading.gradebook import MarkRecord
+from labcourse.grading.marks import Mark
 from labcourse.grading.scoring.cards import alike, card, opened
 
 REPORT = "Modeling report"
@@ -18,11 +18,11 @@ WHOLE = (f"{REPORT}, as a whole", "organisation")
 
 
 def text(where, given="Well said.", status="for a person"):
-    return MarkRecord(*where, status, 0.0, 1.0, "A person will read this.", given)
+    return Mark(*where, status, 0.0, 1.0, "A person will read this.", given)
 
 
 def number(where, given, status="right", reason="Well."):
-    return MarkRecord(*where, status, 1.0, 1.0, reason, given)
+    return Mark(*where, status, 1.0, 1.0, reason, given)
 
 
 def png(colour):
@@ -98,7 +98,7 @@ def test_the_students_figure_is_drawn_beside_what_it_belongs_to(book):
 
 
 def test_an_answer_that_is_no_text_is_shown_as_it_was_given_and_a_figure_is_drawn(book):
-    figure = MarkRecord("2.10", "figure", "wrong", 0.0, 1.0, "No peak.", "a figure")
+    figure = Mark("2.10", "figure", "wrong", 0.0, 1.0, "No peak.", "a figure")
     record(book, graded("ada", mark("wrong", 0.0, given="2*K*s*<3>"), figure, answers=ANSWERS))
     made = desk(book)
     found = {}
