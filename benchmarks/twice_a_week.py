@@ -32,7 +32,7 @@ from labcourse.grading import batch
 from labcourse.grading import course as courses
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, RunRecord
-from labcourse.grading.running.runner import Limits
+from labcourse.grading.running.runner import RunLimits
 from labcourse.student_id import GRADEBOOK_FILE
 
 NEW = 5  # students who hand in something new
@@ -118,7 +118,7 @@ class _Filled(batch.Batch):
     """A batch in which everybody's run and marks are the model's."""
 
     def __init__(self, submissions: Path, course: Course, book: Gradebook, model: Graded) -> None:
-        super().__init__(submissions, course, book, batch.Settings(Limits(submission=600), JOBS))
+        super().__init__(submissions, course, book, batch.Settings(RunLimits(submission=600), JOBS))
         self._model = model
 
     def _run(self, run: RunRecord, *_: Any) -> RunRecord:

@@ -20,7 +20,7 @@ from labcourse.messages import DISK_FULL, FREE_SPACE
 from labcourse.run import commands as students_commands
 from labcourse.safe_text import no_escapes
 
-STUDENT = "Student"  #: panel of ``--help``; the instructor's commands add theirs
+STUDENT_PANEL = "Student"  #: panel of ``--help``; the instructor's commands add theirs
 _TEMPORARY = re.compile(r"\.([^/\\]+)\.\d+-\d+\.tmp$")  # files.write writes under such a name first
 _GRADING = "labcourse.grading"  # the instructor's part: a release has none
 
@@ -99,8 +99,8 @@ def command_line(name: str, version: str, title: str = "", course: str = "") -> 
         add_completion=False,
         pretty_exceptions_show_locals=False,
     )
-    app.command(cls=lab_command.LabCommand, rich_help_panel=STUDENT)(lab_command.lab)
-    students_commands.register(app, STUDENT)
+    app.command(cls=lab_command.LabCommand, rich_help_panel=STUDENT_PANEL)(lab_command.lab)
+    students_commands.register(app, STUDENT_PANEL)
     if importlib.util.find_spec(_GRADING) is not None:
         instructors = importlib.import_module(f"{_GRADING}.commands").app
         app.registered_commands += instructors.registered_commands

@@ -19,8 +19,8 @@ from labcourse.benches import BenchPolicy
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
 
-STUDENT, RELEASE = "student", "release"
-COURSE = "course"  #: its name, see :func:`labcourse.courses.name_of`; earlier releases lack it
+STUDENT_KEY, RELEASE_KEY = "student", "release"
+COURSE_KEY = "course"  #: its name, see :func:`labcourse.courses.name_of`; earlier releases lack it
 REFLECT, ON, OFF = "reflect", "on", "off"  #: whether own answers are compared with each other; or from what time on
 PYTHON = "python"  #: of the grading computer, major and minor version; earlier releases lack it
 PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; absent without a limit
@@ -39,7 +39,7 @@ def read(folder: Path) -> dict[str, Any] | None:
     """
     try:
         course = parse(files.read(folder / COURSE_FILE))
-        course[STUDENT]  # required
+        course[STUDENT_KEY]  # required
     except FileNotFoundError:
         return None
     except (OSError, KeyError) as error:
@@ -74,7 +74,7 @@ def about(folder: Path) -> dict[str, Any]:
 
 def student(folder: Path) -> str:
     """Return the student in a folder's ``course.json``; :data:`NOBODY` if it names none."""
-    named = about(folder).get(STUDENT)
+    named = about(folder).get(STUDENT_KEY)
     return named if isinstance(named, str) and named else NOBODY
 
 
@@ -138,7 +138,7 @@ def courses_of(folder: Path) -> list[str]:
     file names no course, the notebooks beside it tell; if these are of no installed course, its title is returned.
     """
     content = about(folder)
-    if (named := content.get(COURSE)) and isinstance(named, str):
+    if (named := content.get(COURSE_KEY)) and isinstance(named, str):
         return [named]
     known, has_file = courses.notebooks(), os.path.isfile(folder / COURSE_FILE)
     there = {course: {name for name in names if os.path.isfile(folder / name)} for course, names in known.items()}
@@ -153,7 +153,7 @@ def around(place: Path) -> Path | None:
 
     A folder ``notebooks`` of another course than that which is worked on is not meant.
     """
-    current = courses.name_of(os.environ.get(courses.SETTING, ""))
+    current = courses.name_of(os.environ.get(courses.COURSE_VARIABLE, ""))
     for folder in (place.resolve(), *place.resolve().parents):
         if courses_of(folder):
             return folder

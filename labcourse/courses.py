@@ -24,7 +24,7 @@ from labcourse.errors import ConfigurationError
 
 GROUP = "labcourse.courses"  #: of entry points: name of a course → its package
 requested = ""  #: the course that --course names: in a folder of another course it is refused
-SETTING = "LABCOURSE_COURSE"  #: environment variable: name or package of the course that is worked on
+COURSE_VARIABLE = "LABCOURSE_COURSE"  #: environment variable: name or package of the course that is worked on
 NOTEBOOKS = "notebooks"
 
 
@@ -95,7 +95,7 @@ def use(course: str) -> None:
     ----------
     course : name of an installed course, or import name of its package
     """
-    os.environ[SETTING] = course
+    os.environ[COURSE_VARIABLE] = course
 
 
 def current() -> InstalledCourse:
@@ -106,7 +106,7 @@ def current() -> InstalledCourse:
     ConfigurationError
         If there is none, or if several are installed and none was named.
     """
-    name = os.environ.get(SETTING, "")
+    name = os.environ.get(COURSE_VARIABLE, "")
     if "." in name and (place := _folder(name)):  # a session names the package; to look through all of them takes time
         return InstalledCourse(name, place)
     known = installed()
@@ -115,7 +115,7 @@ def current() -> InstalledCourse:
     if not name:
         raise ConfigurationError(
             f"Which course? Installed are: {listed}. Name one by --course NAME, or by the environment variable "
-            f"{SETTING}."
+            f"{COURSE_VARIABLE}."
         )
     package = known.get(name, name)
     place = _folder(package)

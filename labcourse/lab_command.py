@@ -93,7 +93,7 @@ def _is_home(folder: Path, course: Path) -> bool:
 def _ask_for_student(folder: Path) -> str | None:
     """Ask the hub, or the person at the terminal, for the student's ID, if the folder has none; None if unknown."""
     try:
-        known = (course_file.read(folder) or {}).get(course_file.STUDENT)
+        known = (course_file.read(folder) or {}).get(course_file.STUDENT_KEY)
     except ConfigurationError:  # it may name a student: filling the folder says so
         return None
     if known:
@@ -148,11 +148,11 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is not a folder.")
     folder.mkdir(parents=True, exist_ok=True)
-    lines, begun, release = list[str](), course_file.about(folder).get(course_file.RELEASE), _release_of(course)
+    lines, begun, release = list[str](), course_file.about(folder).get(course_file.RELEASE_KEY), _release_of(course)
     if student is not None:
         # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
         now = {} if release else {"draw": installed.draw}
-        named = {course_file.COURSE: courses.name_of(installed.package), course_file.STUDENT: student}
+        named = {course_file.COURSE_KEY: courses.name_of(installed.package), course_file.STUDENT_KEY: student}
         files.write(folder / COURSE_FILE, course_file.text({**(course_file.about(folder) or now), **named}))
     if not _is_home(folder, course):
         if release and begun != release:
@@ -192,14 +192,14 @@ def _copied(folder: Path, course: Path) -> list[str]:
 
 
 def _release_of(folder: Path) -> Any:
-    return course_file.about(folder).get(course_file.RELEASE)
+    return course_file.about(folder).get(course_file.RELEASE_KEY)
 
 
 # --- the folder to work in: the given one, the course around it, or the last one -------------------------------------
 # The last folder of each course is saved in a small file beside Jupyter's settings; the student who works in a folder,
 # in the folder's ``course.json``.
 
-SETTINGS = "LABCOURSE_CONFIG_DIR"  #: environment variable: the folder of the user's settings
+SETTINGS_VARIABLE = "LABCOURSE_CONFIG_DIR"  #: environment variable: the folder of the user's settings
 _LAST = "lab.json"  # there: {name of a course: "its last folder"}; of earlier versions {"folder": "..."}, of any course
 
 
@@ -273,4 +273,4 @@ def settings() -> Path:
     """Return the folder of the user's settings; it may not be there yet."""
     from jupyter_core.paths import jupyter_config_dir
 
-    return Path(os.environ.get(SETTINGS) or Path(jupyter_config_dir(), "labcourse"))
+    return Path(os.environ.get(SETTINGS_VARIABLE) or Path(jupyter_config_dir(), "labcourse"))

@@ -63,7 +63,7 @@ def _known(folder: Path, typed: str) -> str:
     """Return the ID from ``course.json``, else from the recorded answers, else from the hub; "" if there is none."""
     answers = folder / ANSWERS_FILE
     recorded = student_in(files.read(answers)) if answers.is_file() else ""
-    named = (course_file.read(folder) or {}).get(course_file.STUDENT) or (recorded if recorded != DEMO else "")
+    named = (course_file.read(folder) or {}).get(course_file.STUDENT_KEY) or (recorded if recorded != DEMO else "")
     try:
         return student_id.normalised(named) if named else course_file.hub_user()
     except StudentIDError as error:
@@ -103,7 +103,7 @@ class Session:
         self._given = course.get(course_file.GIVEN, {})
         self.book = AnswerBook(folder / ANSWERS_FILE, student, bench, int(os.environ.get(PROBE_SEED, seed)))
         self.saved_texts = SavedTexts(folder, self.catalogue)
-        self._place = place.Place()
+        self._place = place.NotebookPlace()
         self._bar: CourseBar | None = None
         self._lacked: dict[str, set[Where]] = {}  # of a cell as it ran last: answers that it asked for in vain
 
@@ -428,7 +428,7 @@ class Session:
 
     # --- own answers, compared with each other -----------------------------------------------------------------------
 
-    def checks(self) -> Iterable[reflection.Check]:
+    def checks(self) -> Iterable[reflection.Comparison]:
         """Return the course's checks that compare this student's own answers with each other."""
         return ()
 

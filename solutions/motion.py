@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from labcourse.grading.marking.expression_checks import Point, at
+from labcourse.grading.marking.expression_checks import SymbolValues, at
 
 STATE = ("theta", "alpha", "theta_dot", "alpha_dot", "tau")
 MOTION = frozenset((*STATE, "theta_ddot", "alpha_ddot"))  #: the symbols of what moves; all others are parameters
@@ -18,13 +18,13 @@ _RATES = {"theta": "theta_dot", "alpha": "alpha_dot"}
 _ACCELERATIONS = {"theta": "theta_ddot", "alpha": "alpha_ddot"}
 
 
-def slope(expression: Any, name: str, point: Point) -> float:
+def slope(expression: Any, name: str, point: SymbolValues) -> float:
     """The partial derivative of an expression at a point."""
     up, down = point[name] + _STEP, point[name] - _STEP
     return (at(expression, {**point, name: up}) - at(expression, {**point, name: down})) / (2 * _STEP)
 
 
-def _mixed(expression: Any, first: str, second: str, point: Point) -> float:
+def _mixed(expression: Any, first: str, second: str, point: SymbolValues) -> float:
     """The second derivative in two symbols at a point."""
     up, down = point[second] + _STEP, point[second] - _STEP
     return (slope(expression, first, {**point, second: up}) - slope(expression, first, {**point, second: down})) / (
@@ -32,7 +32,7 @@ def _mixed(expression: Any, first: str, second: str, point: Point) -> float:
     )
 
 
-def euler_lagrange(lagrangian: Any, coordinate: str, point: Point) -> float:
+def euler_lagrange(lagrangian: Any, coordinate: str, point: SymbolValues) -> float:
     """d/dt(∂L/∂q̇) − ∂L/∂q at a point, which gives angles, rates and accelerations (Equation 2.1)."""
     rate = _RATES[coordinate]
     change = sum(_mixed(lagrangian, rate, q, point) * point[_RATES[q]] for q in _RATES)
@@ -45,7 +45,7 @@ def residual(equation: Any) -> Any:
     return equation.lhs - equation.rhs
 
 
-def link_acceleration(equation: Any, theta_ddot: Any, point: Point) -> float:
+def link_acceleration(equation: Any, theta_ddot: Any, point: SymbolValues) -> float:
     """alpha_ddot from the link's equation of motion and an acceleration of the servo, with B_l = 0 (2.6)."""
     where = {**point, "B_l": 0.0, "theta_ddot": at(theta_ddot, point)}
     left = residual(equation)
@@ -53,7 +53,7 @@ def link_acceleration(equation: Any, theta_ddot: Any, point: Point) -> float:
     return -constant / (one - constant)
 
 
-def accelerations(first: Any, second: Any, point: Point) -> tuple[float, float]:
+def accelerations(first: Any, second: Any, point: SymbolValues) -> tuple[float, float]:
     """theta_ddot and alpha_ddot from two equations of motion, which are linear in them, with B_l = 0 (2.6)."""
 
     def left(theta_ddot: float, alpha_ddot: float) -> np.ndarray:

@@ -30,10 +30,10 @@ hypothesis_settings.load_profile("landing")
 # What `rotflex lab` keeps for next time is not to land among the settings of who runs the tests.
 for name in [name for name in os.environ if name.startswith(("JUPYTERHUB_", "BINDER_"))]:
     del os.environ[name]  # whoever tests on a hub has no hub in the tests
-for name in (lab_command.SETTINGS, files.SETTINGS_VARIABLE):
+for name in (lab_command.SETTINGS_VARIABLE, files.SETTINGS_VARIABLE):
     os.environ[name] = tempfile.mkdtemp(prefix="rotflex-settings-")
 os.environ["LABCOURSE_PROGRAM"] = "rotflex"  # as messages name it, also where a test calls no command
-os.environ[courses.SETTING] = "rotflex.course"
+os.environ[courses.COURSE_VARIABLE] = "rotflex.course"
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "reference" / "recordings"
 

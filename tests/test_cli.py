@@ -36,8 +36,8 @@ def course(tmp_path, monkeypatch):
     monkeypatch.delitem(sys.modules, "course", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(courses, "installed", lambda: {"course": "course"})
-    monkeypatch.setattr(courses, "use", lambda name: monkeypatch.setenv(courses.SETTING, "course"))
-    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setattr(courses, "use", lambda name: monkeypatch.setenv(courses.COURSE_VARIABLE, "course"))
+    monkeypatch.setenv(lab_command.SETTINGS_VARIABLE, str(tmp_path / "settings"))
     monkeypatch.chdir(tmp_path / "desk")
     return tmp_path / "course"
 

@@ -57,7 +57,7 @@ def _with_trees(value: Any) -> Any:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the file; a line of the reports on cells is in ``$defs``, as ``Event``."""
-    inputs: list[Any] = [("file", "validation", schema.ANSWERS_FILE), ("event", "validation", schema.EVENT)]
+    inputs: list[Any] = [("file", "validation", schema.ANSWERS_ADAPTER), ("event", "validation", schema.EVENT)]
     places, content = TypeAdapter.json_schemas(inputs)
     whole = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -61,7 +61,7 @@ def parse(data: bytes) -> dict[str, Any]:
     if len(data) > MAX_BYTES:
         raise AnswerError(f"It has {len(data)} bytes; {MAX_BYTES} at most are read.")
     content: dict[str, Any] = schema.load(data)
-    schema.validated(schema.ANSWERS_FILE, "It is not a file of answers", content)
+    schema.validated(schema.ANSWERS_ADAPTER, "It is not a file of answers", content)
     return {"cells": {}, **content}
 
 

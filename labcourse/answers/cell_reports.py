@@ -70,7 +70,7 @@ class Refusal:
 
 
 @dataclass(frozen=True)
-class Reports:
+class CellReports:
     """All that a run says of its cells, in order.
 
     Attributes
@@ -84,7 +84,7 @@ class Reports:
     refusals: tuple[Refusal, ...] = ()
     unused: tuple[tuple[str, str, str], ...] = ()
 
-    def of(self, cells: Collection[tuple[str, str]]) -> Reports:
+    def of(self, cells: Collection[tuple[str, str]]) -> CellReports:
         """Return those on some cells, by notebook and id: a run adds others, with ids that differ every time."""
         return replace(self, cells=tuple(report for report in self.cells if (report.notebook, report.cell) in cells))
 

@@ -75,7 +75,7 @@ def handed_out(catalogue: Catalogue, course: Mapping[str, Any]) -> Catalogue:
     ConfigurationError
         If the entry "optional" or "without" is broken.
     """
-    optional = course.get(course_file.OPTIONAL, [] if course_file.RELEASE in course else catalogue.optional)
+    optional = course.get(course_file.OPTIONAL, [] if course_file.RELEASE_KEY in course else catalogue.optional)
     without = course.get(course_file.WITHOUT, [])
     for names in (optional, without):
         if not isinstance(names, list | tuple):

@@ -306,7 +306,7 @@ def masters() -> dict[str, dict[str, Any]]:
 def release() -> str:
     """Return the name of the installed release; "" without one, as in a checkout."""
     try:
-        name = (course_file.read(courses.current().notebooks) or {}).get(course_file.RELEASE)
+        name = (course_file.read(courses.current().notebooks) or {}).get(course_file.RELEASE_KEY)
     except ConfigurationError:
         return ""
     return name if isinstance(name, str) else ""

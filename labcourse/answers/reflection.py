@@ -6,8 +6,8 @@ A course declares what can be predicted (:class:`Predictable`, in its catalogue)
 shown beside the recorded result. In ``answers.json`` it is ``{question: {"said": {name: answer}, "why": sentence}}``.
 Whether it was made before the experiment cannot be checked. The functions of a session return the lines to be printed.
 
-A course also defines :class:`Check` objects; a student's session fills in the answers. Answers that do not agree become
-questions to the student, never verdicts. ``course.json`` may switch this off, or allow it from some time on.
+A course also defines :class:`Comparison` objects; a student's session fills in the answers. Answers that do not agree
+become questions to the student, never verdicts. ``course.json`` may switch this off, or allow it from some time on.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ _COMPUTATION_ERRORS = (ArithmeticError, LookupError, TypeError, ValueError, Runt
 
 
 @dataclass(frozen=True)
-class Check:
+class Comparison:
     """A comparison of a student's own answers.
 
     Attributes
@@ -246,7 +246,7 @@ class Reflection:
             yield "There is nothing here to compare."
 
 
-def reflect(checks: Iterable[Check], find: Callable[[str, str], Any]) -> Reflection:
+def reflect(checks: Iterable[Comparison], find: Callable[[str, str], Any]) -> Reflection:
     """Compare a student's own answers with each other.
 
     Parameters
@@ -279,7 +279,7 @@ def reflect(checks: Iterable[Check], find: Callable[[str, str], Any]) -> Reflect
     return Reflection(tuple(asked), compared, tuple(missing), tuple(unclear))
 
 
-def of_notebooks(checks: Iterable[Check], catalogue: Catalogue, numbers: Iterable[str]) -> list[Check]:
+def of_notebooks(checks: Iterable[Comparison], catalogue: Catalogue, numbers: Iterable[str]) -> list[Comparison]:
     """Select the checks that are possible when some notebooks are done: their last answer is asked there.
 
     Parameters

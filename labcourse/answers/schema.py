@@ -19,7 +19,7 @@ from pydantic.functional_validators import AfterValidator, WrapValidator, model_
 
 from labcourse import files
 from labcourse.answers import cell_reports, expressions, json_values
-from labcourse.answers.cell_reports import CellError, CellReport, Refusal, Reports
+from labcourse.answers.cell_reports import CellError, CellReport, CellReports, Refusal
 from labcourse.answers.json_values import UNWRITABLE, show_number
 from labcourse.answers.parts import Part
 from labcourse.errors import AnswerError
@@ -94,10 +94,10 @@ def _tree(tree: list[Any]) -> list[Any]:
 
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-Label = Annotated[str, Field(max_length=json_values.LONGEST_LABEL), AfterValidator(_printable)]
-Points = Annotated[list[Finite], FailFast(), Field(max_length=json_values.CURVE_POINTS)]
+FigureLabel = Annotated[str, Field(max_length=json_values.LONGEST_LABEL), AfterValidator(_printable)]
+CurvePoints = Annotated[list[Finite], FailFast(), Field(max_length=json_values.CURVE_POINTS)]
 Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
-Row = Annotated[list[Finite], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
+MatrixRow = Annotated[list[Finite], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
 Tree = Annotated[list[Any], AfterValidator(_tree), WithJsonSchema({"type": "array", "format": "tree"})]
 Trees = Annotated[list[Tree], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
 
@@ -127,7 +127,7 @@ class MatrixAnswer(Model):
     """Real numbers, by rows; a vector is one row or, if the part says so, one column."""
 
     kind: Literal["matrix"]
-    value: Annotated[list[Row], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
+    value: Annotated[list[MatrixRow], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
 
     def decode(self, part: Part) -> Any:
         """Return an array of the part's shape."""
@@ -268,13 +268,13 @@ class FunctionAnswer(Model):
         return f": a function, tried on {plural(len(self.outputs), '{count} input', '{count} inputs')}"
 
 
-class Curve(Model):
+class StoredCurve(Model):
     """A curve of a diagram: how many points it shows, and those that are stored."""
 
-    label: Label
+    label: FigureLabel
     n: Annotated[int, Field(ge=0, le=_CURVE_SAMPLES)]
-    x: Points
-    y: Points
+    x: CurvePoints
+    y: CurvePoints
 
     @model_validator(mode="after")
     def _as_many(self) -> Self:
@@ -286,10 +286,10 @@ class Curve(Model):
 class Diagram(Model):
     """A diagram of a figure: its labels, and its curves."""
 
-    title: Label
-    xlabel: Label
-    ylabel: Label
-    lines: Annotated[list[Curve], FailFast(), Field(min_length=1, max_length=json_values.MOST_LINES)]
+    title: FigureLabel
+    xlabel: FigureLabel
+    ylabel: FigureLabel
+    lines: Annotated[list[StoredCurve], FailFast(), Field(min_length=1, max_length=json_values.MOST_LINES)]
 
 
 class FigureAnswer(Model):
@@ -311,7 +311,7 @@ class FigureAnswer(Model):
         return f": {plural(len(self.axes), '{count} diagram', '{count} diagrams')}, {curves}"
 
 
-class Channel(Model):
+class StoredChannel(Model):
     """A channel of a recording."""
 
     unit: Annotated[str, Field(max_length=10)]
@@ -325,7 +325,7 @@ class RecordingAnswer(Model):
     metadata: Annotated[dict[str, Any], AfterValidator(_small)]
     n: Annotated[int, Field(ge=2, le=json_values.MOST_SAMPLES)]
     sample_time: Annotated[Finite, Field(gt=0.0)]
-    channels: dict[str, Channel]
+    channels: dict[str, StoredChannel]
 
     def decode(self, part: Part) -> Any:
         """Return a dict of all fields, with an array for the values of a channel."""
@@ -351,7 +351,7 @@ def _check_shape(part: Part, rows: Sequence[Sequence[Any]]) -> None:
         raise AnswerError("{} should be a {} × {} matrix.".format(part.name, *part.rows_and_columns))
 
 
-Answer = Annotated[
+StoredAnswer = Annotated[
     NumberAnswer
     | MatrixAnswer
     | PolesAnswer
@@ -365,7 +365,7 @@ Answer = Annotated[
     | RecordingAnswer,
     Field(discriminator="kind"),
 ]
-_ANSWER: TypeAdapter[Any] = TypeAdapter(Answer)
+_ANSWER: TypeAdapter[Any] = TypeAdapter(StoredAnswer)
 
 
 def read_answer(part: Part, content: Any) -> Any:
@@ -391,7 +391,7 @@ def _unread(content: Any, _validate: Any) -> dict[str, Any]:
     return content
 
 
-Unread = Annotated[Answer, WrapValidator(_unread)]
+Unread = Annotated[StoredAnswer, WrapValidator(_unread)]
 
 
 def _of_this_version(number: int) -> int:
@@ -427,7 +427,7 @@ class AnswersFile(Model):
     predictions: dict[str, Prediction] = {}
 
 
-ANSWERS_FILE: TypeAdapter[AnswersFile] = TypeAdapter(AnswersFile)
+ANSWERS_ADAPTER: TypeAdapter[AnswersFile] = TypeAdapter(AnswersFile)
 
 
 # --- the reports on cells --------------------------------------------------------------------------------------------
@@ -491,7 +491,7 @@ class Unused(Model):
 EVENT = TypeAdapter[Any](Annotated[Started | Ended | Lacked | Refused | Unused, Field(discriminator="event")])
 
 
-def read_reports(data: bytes) -> Reports:
+def read_reports(data: bytes) -> CellReports:
     """Read the reports on cells that a run left. Lines of another form, and all beyond the bounds, are ignored."""
     cells: dict[tuple[str, str], CellReport] = {}
     refusals: dict[tuple[str, str], Refusal] = {}
@@ -512,7 +512,7 @@ def read_reports(data: bytes) -> Reports:
         elif latest in cells:
             lacked = dict.fromkeys((*cells[latest].lacked, (event.question, event.part)))
             cells[latest] = replace(cells[latest], lacked=tuple(lacked)[:_MOST_LACKED])
-    return Reports(tuple(cells.values()), tuple(refusals.values()), tuple(unused))
+    return CellReports(tuple(cells.values()), tuple(refusals.values()), tuple(unused))
 
 
 def _events(data: bytes) -> Iterator[Any]:

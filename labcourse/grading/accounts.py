@@ -89,7 +89,7 @@ def unknown_names(settings: CourseSettings, students: Iterable[StudentRecord]) -
 
 
 @dataclass(frozen=True)
-class Item:
+class AccountItem:
     """A mark, and how it counts.
 
     Attributes
@@ -139,7 +139,7 @@ class AssignmentGrade:
 
     assignment: Assignment
     works: tuple[Work, ...]
-    all_items: tuple[Item, ...]
+    all_items: tuple[AccountItem, ...]
     is_given_back: bool = True
 
     @property
@@ -185,18 +185,18 @@ class AssignmentGrade:
         return max((work.days_late for work in self.works), default=0)
 
     @property
-    def items(self) -> list[Item]:
+    def items(self) -> list[AccountItem]:
         """The marks from which the student is not excused."""
         excused = {work.notebook for work in self.works if work.excuse is not None}
         return [item for item in self.all_items if item.notebook not in excused]
 
     @cached_property
-    def counting(self) -> list[Item]:
+    def counting(self) -> list[AccountItem]:
         """The marks that count."""
         return [item for item in self.items if not item.dropped_as]
 
     @property
-    def undecided(self) -> list[Item]:
+    def undecided(self) -> list[AccountItem]:
         """The marks that count and are not decided."""
         return [item for item in self.counting if item.points is None]
 
@@ -282,17 +282,17 @@ class Account:
         return replace(self, assignments=tuple(back))
 
     @cached_property
-    def items(self) -> list[Item]:
+    def items(self) -> list[AccountItem]:
         """Each mark of :attr:`so_far` that is worth points, also those that do not count."""
         return [item for one in self.so_far for item in one.items]
 
     @cached_property
-    def counting(self) -> list[Item]:
+    def counting(self) -> list[AccountItem]:
         """The marks that count so far."""
         return [item for one in self.so_far for item in one.counting]
 
     @cached_property
-    def undecided(self) -> list[Item]:
+    def undecided(self) -> list[AccountItem]:
         """The marks that count so far and are not decided."""
         return [item for one in self.so_far for item in one.undecided]
 
@@ -377,7 +377,7 @@ def account_of(course: Course, handed: Handed, when: datetime | None = None) -> 
     when : the time by which work is due or not; now, if it is None
     """
     settings, work = course.settings, works(course, handed, when)
-    items = defaultdict[str, list[Item]](list)
+    items = defaultdict[str, list[AccountItem]](list)
     for mark in handed.marks:
         if mark.out_of:
             name = course.notebook_of(mark.question)
@@ -391,12 +391,12 @@ def account_of(course: Course, handed: Handed, when: datetime | None = None) -> 
     return Account(tuple(grades), settings.late)
 
 
-def _item(mark: Mark, notebook: str, work: Work | None, settings: CourseSettings) -> Item:
+def _item(mark: Mark, notebook: str, work: Work | None, settings: CourseSettings) -> AccountItem:
     """Return a mark as it counts. It is not decided if the file cannot be read, or while its time may cost points."""
     marks, where, due = settings.marks, (mark.question, mark.part), None if work is None else work.timing
     unread = work is not None and work.is_unread
     undecided = mark.status in UNDECIDED or unread or (due is not None and due.waits and settings.late.per_day)
-    return Item(
+    return AccountItem(
         *where,
         notebook,
         None if undecided else exact(mark.points),

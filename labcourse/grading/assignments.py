@@ -278,7 +278,7 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
 
 def _statuses(course: Course, marks: Iterable[Mark]) -> dict[str, set[Status]]:
     """Return notebook, without ending → the statuses of the marks in it that count."""
-    found = defaultdict[str, set[str]](set)
+    found = defaultdict[str, set[Status]](set)
     for mark in marks:
         if mark.out_of and not course.settings.marks.dropped_as(mark.question, mark.part):
             found[course.notebook_of(mark.question)].add(mark.status)

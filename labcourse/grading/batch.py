@@ -66,7 +66,7 @@ class Settings:
     platform : the learning platform that named the submissions; "" if their names say it
     """
 
-    limits: runner.Limits = field(default_factory=runner.Limits)
+    limits: runner.RunLimits = field(default_factory=runner.RunLimits)
     jobs: int = 1
     scheduler: str | None = None
     probe_seed: int | None = None
@@ -161,7 +161,7 @@ class Batch:
         self._reports = list(report_files.names(course.catalogue).values())
         self.ignored: list[Reason] = [*collected.ignored, *erased, *self._bundles.problems]
         time_matters = course.settings.dues and course.settings.late.per_day
-        self.doubts = [doubt for doubt in collected.doubts if doubt.about != intake.TIME or time_matters]
+        self.doubts = [doubt for doubt in collected.doubts if doubt.about != intake.TIME_RECEIVED or time_matters]
         self.left_out: list[Problem] = []
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
@@ -226,7 +226,7 @@ class Batch:
         except Exception as error:  # a fault of ours; it must not cost the others their marks
             return GradedSubmission(self._failed(submission.student, error), ran=True, before=current)
 
-    def _read(self, submission: intake.Submission) -> intake.Contents:
+    def _read(self, submission: intake.Submission) -> intake.ReadSubmission:
         """Read the files of a submission."""
         names, packages = self._bundles.names, self._course.packages
         decisions, owner = self._settings.decisions, submission.claimed_by or submission.student
@@ -236,7 +236,7 @@ class Batch:
         self._leave_out_others(read, {name: digest for name, digest, *_ in self._gradebook.stored(owner)})
         return read
 
-    def _leave_out_others(self, read: intake.Contents, before: Mapping[str, str]) -> None:
+    def _leave_out_others(self, read: intake.ReadSubmission, before: Mapping[str, str]) -> None:
         """Leave out the notebooks of other assignments that the student has handed in before.
 
         Parameters
@@ -254,7 +254,7 @@ class Batch:
                 read.notes.append(note)
                 self.left_out.append(note)
 
-    def _taken(self, submission: intake.Submission, read: intake.Contents) -> str:
+    def _taken(self, submission: intake.Submission, read: intake.ReadSubmission) -> str:
         """Return the digest of all that a submission is prepared from: it is prepared again only if this changes.
 
         These are the course, the program, the settings, the content of all files that are read, what is said about
@@ -275,7 +275,7 @@ class Batch:
                 waits.setdefault(name, []).append(piece.owner.students[0])
         return waits
 
-    def _prepare(self, submission: intake.Submission, read: intake.Contents) -> Prepared:
+    def _prepare(self, submission: intake.Submission, read: intake.ReadSubmission) -> Prepared:
         """Store the new files of a submission, and prepare for the run what counts: the newest of each notebook."""
         names = self._bundles.names
         earlier = store_submission(self._gradebook, submission, read)
@@ -505,7 +505,7 @@ def _stored(student: str, run: EarlierRun) -> intake.Submission:
 # --- what the gradebook has of earlier submissions --------------------------------------------------------------------
 
 
-def store_submission(gradebook: Gradebook, submission: intake.Submission, contents: intake.Contents) -> list[str]:
+def store_submission(gradebook: Gradebook, submission: intake.Submission, contents: intake.ReadSubmission) -> list[str]:
     """Store the files of a submission that are not in the gradebook yet.
 
     If a partner handed in for this student, the files stay the partner's.
@@ -531,7 +531,7 @@ def store_submission(gradebook: Gradebook, submission: intake.Submission, conten
 def delivered(
     gradebook: Gradebook,
     submission: intake.Submission,
-    contents: intake.Contents,
+    contents: intake.ReadSubmission,
     masters: Mapping[str, intake.Master],
 ) -> list[Delivery]:
     """Return all files that were handed in for a student until now; parameters as for :func:`store_submission`.

@@ -34,7 +34,7 @@ from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
 if TYPE_CHECKING:
     from labcourse.grading.gradebook import EarlierRun, Erased, Gradebook
 
-ALL_WELL, SOME_TROUBLE, NOT_ISOLATED = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
+ALL_WELL, SOME_TROUBLE, NO_ISOLATION = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
 _COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
 _ANSWER_LENGTH = 60  # characters of an answer that are shown when it is marked
 LONGEST_NAME = 80  #: characters of a person's name, in the record and on pages
@@ -45,13 +45,13 @@ person = typer.Typer(help="Copy or erase all that is stored about a student.")
 app.add_typer(outcomes, name="outcomes", no_args_is_help=True, rich_help_panel=_CLASS)
 app.add_typer(person, name="person", no_args_is_help=True, rich_help_panel=_PERSON)
 
-CourseFolder = Annotated[
-    str | None,
-    Option("--solutions", envvar=courses.SETTING, metavar="FOLDER", help="The folder of course.py; solutions/ here."),
+_SOLUTIONS = "The folder of course.py; solutions/ here."
+SolutionsOption = Annotated[
+    str | None, Option("--solutions", envvar=courses.SOLUTIONS_VARIABLE, metavar="FOLDER", help=_SOLUTIONS)
 ]
 _MARKS = "The folder with the marks and results of the class; or its gradebook: a file, or a database's URL."
-Marks = Annotated[str, Argument(metavar="MARKS", help=_MARKS)]
-Out = Annotated[
+MarksArgument = Annotated[str, Argument(metavar="MARKS", help=_MARKS)]
+OutOption = Annotated[
     Path | None, Option(help="Folder for the results.", file_okay=False, show_default="the gradebook's folder")
 ]
 
@@ -64,41 +64,43 @@ def _name(given: str) -> str:
     return name
 
 
-By = Annotated[str, Option(metavar="NAME", parser=_name, help="Your name, for the record.")]
-Student = Annotated[str, Argument(metavar="STUDENT", help="The student's ID.")]
-Question = Annotated[str, Argument(metavar="QUESTION", help="The number of the question, for example 1.11.")]
-Part = Annotated[str, Argument(metavar="PART", help="The part of the question, for example explanation.")]
+ByOption = Annotated[str, Option(metavar="NAME", parser=_name, help="Your name, for the record.")]
+StudentArgument = Annotated[str, Argument(metavar="STUDENT", help="The student's ID.")]
+QuestionArgument = Annotated[str, Argument(metavar="QUESTION", help="The number of the question, for example 1.11.")]
+PartArgument = Annotated[str, Argument(metavar="PART", help="The part of the question, for example explanation.")]
 _AGAIN = "Accept a person who was erased, as a new student; may be given several times."
-Again = Annotated[list[str] | None, Option(metavar="ID", help=_AGAIN)]
-Jobs = Annotated[int, Option(min=1, help="Number of submissions to work on in parallel.")]
-DryRun = Annotated[bool, Option("--dry-run", help="Show what would be done, but change nothing.")]
-Force = Annotated[bool, Option("--force", help="Overwrite an existing file.")]
-Json = Annotated[bool, Option("--json", help="Print JSON for scripts: one object per line.")]
-NewName = Annotated[str, Argument(metavar="NAME", help="Name of the course's folder and of its package.")]
-Run = Annotated[bool, Option(help="Run the notebooks without and with solutions, and mark these.")]
-ReleaseFolder = Annotated[Path, Argument(metavar="OUT", help="Folder for it; made if needed.", file_okay=False)]
-WithData = Annotated[bool, Option("--with-data", help="Include the sample recordings.")]
-Replace = Annotated[bool, Option("--replace", help="Delete an earlier release in OUT.")]
-Keep = Annotated[bool, Option(help="Store the zip; grading needs it for work begun with it.")]
-RosterFile = Annotated[Path | None, Argument(metavar="FILE", help="A CSV, a line for each student.", dir_okay=False)]
-Remove = Annotated[list[str] | None, Option(metavar="ID", help="Remove this student; may be given several times.")]
-Questions = Annotated[list[str] | None, Option(help="Mark only this question; may be given several times.")]
-Students = Annotated[list[str] | None, Option(help="Only those of this student; may be given several times.")]
-Note = Annotated[str, Option(help="A remark for the record, for example: without the reports.")]
+AgainOption = Annotated[list[str] | None, Option(metavar="ID", help=_AGAIN)]
+JobsOption = Annotated[int, Option(min=1, help="Number of submissions to work on in parallel.")]
+DryRunOption = Annotated[bool, Option("--dry-run", help="Show what would be done, but change nothing.")]
+ForceOption = Annotated[bool, Option("--force", help="Overwrite an existing file.")]
+JsonOption = Annotated[bool, Option("--json", help="Print JSON for scripts: one object per line.")]
+NewNameArgument = Annotated[str, Argument(metavar="NAME", help="Name of the course's folder and of its package.")]
+RunOption = Annotated[bool, Option(help="Run the notebooks without and with solutions, and mark these.")]
+ReleaseArgument = Annotated[Path, Argument(metavar="OUT", help="Folder for it; made if needed.", file_okay=False)]
+WithDataOption = Annotated[bool, Option("--with-data", help="Include the sample recordings.")]
+ReplaceOption = Annotated[bool, Option("--replace", help="Delete an earlier release in OUT.")]
+KeepOption = Annotated[bool, Option(help="Store the zip; grading needs it for work begun with it.")]
+FileArgument = Annotated[Path | None, Argument(metavar="FILE", help="A CSV, a line for each student.", dir_okay=False)]
+RemoveOption = Annotated[
+    list[str] | None, Option(metavar="ID", help="Remove this student; may be given several times.")
+]
+QuestionsOption = Annotated[list[str] | None, Option(help="Mark only this question; may be given several times.")]
+StudentsOption = Annotated[list[str] | None, Option(help="Only those of this student; may be given several times.")]
+NoteOption = Annotated[str, Option(help="A remark for the record, for example: without the reports.")]
 _ONE_ASSIGNMENT = "Only this assignment: its title, or the name or number of a notebook in it."
-OneAssignment = Annotated[str | None, Option("--assignment", metavar="NAME", help=_ONE_ASSIGNMENT)]
+OneAssignmentOption = Annotated[str | None, Option("--assignment", metavar="NAME", help=_ONE_ASSIGNMENT)]
 _SOME_ASSIGNMENTS = "Give back only this assignment; may be given several times."
-SomeAssignments = Annotated[list[str] | None, Option("--assignment", metavar="NAME", help=_SOME_ASSIGNMENTS)]
-Sections = Annotated[bool, Option(help="Show the sections of the class side by side.")]
-Points = Annotated[float, Argument(metavar="POINTS", min=0, help="Points to give.")]
-Reason = Annotated[str, Option(help="The reason, for the student and for the record.")]
-Expect = Annotated[float | None, Option(help="The points that are replaced; needed if a person gave them.")]
-FeedbackText = Annotated[str, Argument(metavar="TEXT", help="The text; it is shown in the student's feedback.")]
-OneQuestion = Annotated[str | None, Option(help="Only this question, as 1.11.")]
-OneStudent = Annotated[str | None, Argument(metavar="STUDENT", help="The student's ID; all students without it.")]
-OnePart = Annotated[str | None, Option("--part", help="Only this part of the question, as explanation.")]
-Ask = Annotated[bool, Option("--ask", help="Note what a student asks; then --question and --part are needed.")]
-Copy = Annotated[Path, Argument(metavar="FILE", help="The JSON file to write.", dir_okay=False)]
+SomeAssignmentsOption = Annotated[list[str] | None, Option("--assignment", metavar="NAME", help=_SOME_ASSIGNMENTS)]
+SectionsOption = Annotated[bool, Option(help="Show the sections of the class side by side.")]
+PointsArgument = Annotated[float, Argument(metavar="POINTS", min=0, help="Points to give.")]
+ReasonOption = Annotated[str, Option(help="The reason, for the student and for the record.")]
+ExpectOption = Annotated[float | None, Option(help="The points that are replaced; needed if a person gave them.")]
+TextArgument = Annotated[str, Argument(metavar="TEXT", help="The text; it is shown in the student's feedback.")]
+OneQuestionOption = Annotated[str | None, Option(help="Only this question, as 1.11.")]
+StudentsArgument = Annotated[str | None, Argument(metavar="STUDENT", help="The student's ID; all students without it.")]
+OnePartOption = Annotated[str | None, Option("--part", help="Only this part of the question, as explanation.")]
+AskOption = Annotated[bool, Option("--ask", help="Note what a student asks; then --question and --part are needed.")]
+CopyArgument = Annotated[Path, Argument(metavar="FILE", help="The JSON file to write.", dir_okay=False)]
 
 
 def _file_of(marks: str) -> Path | None:
@@ -144,7 +146,7 @@ def _students(count: int) -> str:
 
 
 @app.command(rich_help_panel=_COURSE)
-def new(name: NewName) -> None:
+def new(name: NewNameArgument) -> None:
     """Make a folder with a small complete course, as a start for your own."""
     from labcourse.grading.new import make
 
@@ -153,7 +155,7 @@ def new(name: NewName) -> None:
 
 
 @app.command(rich_help_panel=_COURSE)
-def make_notebooks(solutions: CourseFolder = None) -> None:
+def make_notebooks(solutions: SolutionsOption = None) -> None:
     """Make the student notebooks in notebooks/ from the notebooks with solutions."""
     from labcourse.grading.release.student_course import write_notebooks
 
@@ -162,7 +164,7 @@ def make_notebooks(solutions: CourseFolder = None) -> None:
 
 
 @app.command(rich_help_panel=_COURSE)
-def check_course(solutions: CourseFolder = None, run: Run = True) -> None:
+def check_course(solutions: SolutionsOption = None, run: RunOption = True) -> None:
     """Find what is missing or contradictory in a course: questions, key, cells, numbers in texts.
 
     Exit code: 0 no problems, 1 some problems.
@@ -183,11 +185,11 @@ def check_course(solutions: CourseFolder = None, run: Run = True) -> None:
 
 @app.command(rich_help_panel=_COURSE)
 def release(
-    out: ReleaseFolder,
-    solutions: CourseFolder = None,
-    with_data: WithData = False,
-    replace: Replace = False,
-    keep: Keep = True,
+    out: ReleaseArgument,
+    solutions: SolutionsOption = None,
+    with_data: WithDataOption = False,
+    replace: ReplaceOption = False,
+    keep: KeepOption = True,
 ) -> None:
     """Make the folder and zip that students get, without solutions, key and the instructor's modules."""
     from labcourse.grading.release import releases, student_course
@@ -206,7 +208,7 @@ def release(
 
 
 @app.command(rich_help_panel=_CLASS)
-def doctor(as_json: Json = False) -> None:
+def doctor(as_json: JsonOption = False) -> None:
     """Check that students' code can be isolated on this computer: look at each layer, and try to break out of eight.
 
     Exit code: 0 it can, 3 it cannot.
@@ -218,11 +220,13 @@ def doctor(as_json: Json = False) -> None:
         typer.echo(json.dumps(examined.as_data()))
     else:
         isolation_report.print_state(examined)
-    raise typer.Exit(ALL_WELL if examined.good else NOT_ISOLATED)
+    raise typer.Exit(ALL_WELL if examined.good else NO_ISOLATION)
 
 
 @app.command(rich_help_panel=_CLASS)
-def roster(marks: Marks, file: RosterFile = None, remove: Remove = None, again: Again = None) -> None:
+def roster(
+    marks: MarksArgument, file: FileArgument = None, remove: RemoveOption = None, again: AgainOption = None
+) -> None:
     """Read the names of a class from a CSV file into the gradebook, which is made if needed.
 
     The columns id, name, email, section and group are read, and other names by which platforms know a student.
@@ -256,11 +260,11 @@ _CLUSTER = "Run on the workers of this dask.distributed scheduler, as tcp://host
 
 @app.command(rich_help_panel=_CLASS)
 def grade(
-    marks: Marks,
+    marks: MarksArgument,
     submissions: Annotated[Path, Argument(metavar="SUBMISSIONS", help="A folder or zip, as a platform gives it.")],
-    out: Out = None,
-    solutions: CourseFolder = None,
-    jobs: Jobs = 1,
+    out: OutOption = None,
+    solutions: SolutionsOption = None,
+    jobs: JobsOption = 1,
     scheduler: Annotated[str | None, Option(help=_CLUSTER)] = None,
     cell_timeout: Annotated[int, Option(min=1, help="Seconds that a cell may take.")] = 60,
     deadline: Annotated[int, Option(min=1, help="Seconds that a submission may take.")] = 600,
@@ -276,10 +280,10 @@ def grade(
     supply: Annotated[list[str] | None, Option(metavar="STUDENT:QUESTION.PART=VALUE", help=_SUPPLY)] = None,
     times: Annotated[Path | None, Option(help="A CSV with names and times of receipt.", dir_okay=False)] = None,
     time_zone: Annotated[str, Option(help="Of times without one, for example Europe/Berlin.")] = "UTC",
-    again: Again = None,
+    again: AgainOption = None,
     assignment: Annotated[str | None, Option(metavar="NAME", help=_FOR)] = None,
     platform: Annotated[str | None, Option(metavar="NAME", help=_PLATFORM)] = None,
-    as_json: Json = False,
+    as_json: JsonOption = False,
     unsafe_no_isolation: Annotated[
         bool, Option("--unsafe-no-isolation", help="Run code with your own rights.")
     ] = False,
@@ -309,10 +313,10 @@ def grade(
     from labcourse.grading.reports.live_report import JsonLines, Screen
     from labcourse.grading.reports.result import Result
     from labcourse.grading.running import supplied
-    from labcourse.grading.running.runner import Limits
+    from labcourse.grading.running.runner import RunLimits
 
     when, problems = read_times(times, zone) if times else ({}, [])
-    limits = Limits(cell_timeout, deadline, memory * 2**20, processes)
+    limits = RunLimits(cell_timeout, deadline, memory * 2**20, processes)
     try:
         course = courses.find(solutions)
         values = tuple(supplied.read(text, course.catalogue) for text in supply or ())
@@ -356,7 +360,7 @@ def grade(
                     rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided, batch.sources)
     except IsolationError as error:
         isolation_report.print_refusal(error)
-        raise typer.Exit(NOT_ISOLATED) from None
+        raise typer.Exit(NO_ISOLATION) from None
     say(*sentences(batch.left_out), *reports.notices(), *_doubts_text(folder / INTAKE_FILE, rows), err=True)
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
@@ -401,14 +405,14 @@ def _zone(name: str) -> tzinfo:
 
 
 @app.command(rich_help_panel=_CLASS)
-def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> None:
+def status(marks: MarksArgument, solutions: SolutionsOption = None, out: OutOption = None) -> None:
     """Show what you must do today, each with its command, and where the class is in the term.
 
     The same is written to class.html in the folder of results. This page names students: do not publish it.
 
     Exit code: 0 all shown, 2 something could not be read or written.
     """
-    from labcourse.grading.overview import PAGE_FILE, as_page, as_text, class_overview
+    from labcourse.grading.overview import OVERVIEW_FILE, as_page, as_text, class_overview
 
     course, folder = courses.find(solutions), _results_or_none(marks, out)
     with _gradebook(marks) as book:
@@ -418,8 +422,8 @@ def status(marks: Marks, solutions: CourseFolder = None, out: Out = None) -> Non
         typer.echo("\nNo page was written: say where by --out.")
         return
     folder.mkdir(parents=True, exist_ok=True)
-    files.write(folder / PAGE_FILE, as_page(overview))
-    typer.echo(f"\nThe same as a page: {folder / PAGE_FILE}")
+    files.write(folder / OVERVIEW_FILE, as_page(overview))
+    typer.echo(f"\nThe same as a page: {folder / OVERVIEW_FILE}")
 
 
 _EACH_NAME = "Your name, for the record; once for each."
@@ -446,8 +450,8 @@ _NO_TABLE = _refused(
 
 @app.command(rich_help_panel=_CLASS)
 def score(
-    marks: Marks,
-    solutions: CourseFolder = None,
+    marks: MarksArgument,
+    solutions: SolutionsOption = None,
     by: Annotated[list[str] | None, Option(metavar="NAME", parser=_name, help=_EACH_NAME)] = None,
     port: Annotated[int, Option(min=0, max=65535, help="Port of the page; 0: any free port.")] = 0,
     show_names: Annotated[bool, Option("--names", help="Show students' names instead of numbers.")] = False,
@@ -499,12 +503,12 @@ def score(
 
 @app.command(rich_help_panel=_CLASS)
 def regrade(
-    marks: Marks,
-    solutions: CourseFolder = None,
-    question: Questions = None,
-    out: Out = None,
-    jobs: Jobs = 1,
-    as_json: Json = False,
+    marks: MarksArgument,
+    solutions: SolutionsOption = None,
+    question: QuestionsOption = None,
+    out: OutOption = None,
+    jobs: JobsOption = 1,
+    as_json: JsonOption = False,
 ) -> None:
     """Mark all answers again with the present key, and show what changed. No notebook is run.
 
@@ -543,7 +547,7 @@ def regrade(
 
 
 @app.command(rich_help_panel=_CLASS)
-def report(marks: Marks, out: Out = None, solutions: CourseFolder = None) -> None:
+def report(marks: MarksArgument, out: OutOption = None, solutions: SolutionsOption = None) -> None:
     """Write grades.csv and all students' feedback from the gradebook. Nothing is run or marked.
 
     Exit code: 0 all written, 2 something could not be written.
@@ -559,12 +563,12 @@ def report(marks: Marks, out: Out = None, solutions: CourseFolder = None) -> Non
 
 @app.command(rich_help_panel=_CLASS)
 def publish(
-    marks: Marks,
-    by: By,
-    note: Note = "",
-    assignment: SomeAssignments = None,
-    solutions: CourseFolder = None,
-    out: Out = None,
+    marks: MarksArgument,
+    by: ByOption,
+    note: NoteOption = "",
+    assignment: SomeAssignmentsOption = None,
+    solutions: SolutionsOption = None,
+    out: OutOption = None,
 ) -> None:
     """Give feedback back: write all students' pages, record the time, and list what is not ready.
 
@@ -580,7 +584,7 @@ def publish(
     from labcourse.grading.overview import moment, not_ready
     from labcourse.grading.reports.changes import changed_in
     from labcourse.grading.reports.grades import Reports
-    from labcourse.grading.sheets import PAGE_FILE
+    from labcourse.grading.sheets import SHEETS_PAGE
 
     course, folder = courses.find(solutions), _results(marks, out)
     given = [assignments.find(course, name) for name in assignment or ()]
@@ -599,7 +603,7 @@ def publish(
     if reports.without_page:
         say(f"No page, as nothing of theirs is graded: {', '.join(reports.without_page)}.")
     say(*unready)
-    for name, command in ((ATTAINMENT_FILE, "report"), (PAGE_FILE, "sheets")):
+    for name, command in ((ATTAINMENT_FILE, "report"), (SHEETS_PAGE, "sheets")):
         if (folder / name).exists():
             say(f"{name} is as it was before: {program.name()} outcomes {command} writes it anew.")
     if not is_open:
@@ -622,7 +626,7 @@ def _decimal(text: str) -> Decimal:
 
 @app.command(rich_help_panel=_CLASS)
 def export(
-    marks: Marks,
+    marks: MarksArgument,
     into: Annotated[
         Path,
         Option(help="The file that you exported from Canvas, Moodle, Blackboard or Brightspace.", dir_okay=False),
@@ -641,9 +645,9 @@ def export(
     submissions: Annotated[
         Path | None, Option(help="The platform's zip of submissions: --feedback needs names.", dir_okay=False)
     ] = None,
-    assignment: OneAssignment = None,
-    dry_run: DryRun = False,
-    solutions: CourseFolder = None,
+    assignment: OneAssignmentOption = None,
+    dry_run: DryRunOption = False,
+    solutions: SolutionsOption = None,
 ) -> None:
     """Put marks into a file that you exported from Canvas, Moodle, Blackboard or Brightspace.
 
@@ -661,7 +665,7 @@ def export(
         raise GradingError("Two of the files are the same. What is read is not written over: name another file.")
     course = courses.find(solutions)
     only = assignments.find(course, assignment) if assignment else None
-    choice = platforms.Choice(decimals, unfinished, cap)
+    choice = platforms.MarkFormat(decimals, unfinished, cap)
     with _gradebook(marks) as book:
         try:
             theirs = platforms.read(into.read_bytes())
@@ -690,7 +694,9 @@ def export(
 
 
 @outcomes.command("report")
-def outcomes_report(marks: Marks, out: Out = None, solutions: CourseFolder = None, sections: Sections = True) -> None:
+def outcomes_report(
+    marks: MarksArgument, out: OutOption = None, solutions: SolutionsOption = None, sections: SectionsOption = True
+) -> None:
     """Write levels as tables: attainment.csv, of the class in each code and outcome; levels.csv, of each student.
 
     Groups smaller than course.toml allows are not shown. levels.csv has names: do not publish it.
@@ -707,7 +713,9 @@ def outcomes_report(marks: Marks, out: Out = None, solutions: CourseFolder = Non
 
 
 @outcomes.command()
-def sheets(marks: Marks, out: Out = None, solutions: CourseFolder = None, student: Students = None) -> None:
+def sheets(
+    marks: MarksArgument, out: OutOption = None, solutions: SolutionsOption = None, student: StudentsOption = None
+) -> None:
     """Write scoring sheets as pages to be printed: sheets.html for the class, and one in each student's folder.
 
     Exit code: 0 all written, 2 something could not be written.
@@ -717,7 +725,7 @@ def sheets(marks: Marks, out: Out = None, solutions: CourseFolder = None, studen
     course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
         count, notes = scoring_sheets.write(folder, course, book, student or ())
-    say(f"{_students(count)}: {folder / scoring_sheets.PAGE_FILE}", *notes)
+    say(f"{_students(count)}: {folder / scoring_sheets.SHEETS_PAGE}", *notes)
 
 
 # --- a person ---------------------------------------------------------------------------------------------------------
@@ -725,14 +733,14 @@ def sheets(marks: Marks, out: Out = None, solutions: CourseFolder = None, studen
 
 @app.command(rich_help_panel=_PERSON)
 def mark(
-    marks: Marks,
-    student: Student,
-    question: Question,
-    part: Part,
-    points: Points,
-    reason: Reason,
-    by: By,
-    expect: Expect = None,
+    marks: MarksArgument,
+    student: StudentArgument,
+    question: QuestionArgument,
+    part: PartArgument,
+    points: PointsArgument,
+    reason: ReasonOption,
+    by: ByOption,
+    expect: ExpectOption = None,
 ) -> None:
     """Give points to one answer by hand. They stay until the answer changes.
 
@@ -756,15 +764,15 @@ def mark(
 
 @app.command(rich_help_panel=_PERSON)
 def excuse(
-    marks: Marks,
-    student: Student,
+    marks: MarksArgument,
+    student: StudentArgument,
     assignment: Annotated[
         str, Argument(metavar="ASSIGNMENT", help="Its title, or name or number of a notebook in it.")
     ],
-    reason: Reason,
-    by: By,
+    reason: ReasonOption,
+    by: ByOption,
     undo: Annotated[bool, Option("--undo", help="Take an earlier excuse back.")] = False,
-    solutions: CourseFolder = None,
+    solutions: SolutionsOption = None,
 ) -> None:
     """Excuse a student from an assignment: it counts neither in their points nor in what these are out of."""
     from labcourse.grading import assignments
@@ -778,13 +786,13 @@ def excuse(
 
 @app.command(rich_help_panel=_PERSON)
 def comment(
-    marks: Marks,
-    student: Student,
-    text: FeedbackText,
-    by: By,
-    question: OneQuestion = None,
-    part: OnePart = None,
-    ask: Ask = False,
+    marks: MarksArgument,
+    student: StudentArgument,
+    text: TextArgument,
+    by: ByOption,
+    question: OneQuestionOption = None,
+    part: OnePartOption = None,
+    ask: AskOption = False,
 ) -> None:
     """Write a comment into a student's feedback, on one answer, on one question or on the whole work.
 
@@ -804,7 +812,7 @@ def comment(
 
 
 @app.command(rich_help_panel=_PERSON)
-def history(marks: Marks, student: OneStudent = None, question: OneQuestion = None) -> None:
+def history(marks: MarksArgument, student: StudentsArgument = None, question: OneQuestionOption = None) -> None:
     """Show every change of a mark: before and after, when, by whom, and why."""
     with _gradebook(marks) as book:
         for entry in book.audit(student, question):
@@ -830,10 +838,10 @@ _NO_SUBMISSIONS = _refused("Leave --submissions out: grade names the submissions
 
 @person.command()
 def copy(
-    marks: Marks,
-    student: Student,
-    into: Copy,
-    force: Force = False,
+    marks: MarksArgument,
+    student: StudentArgument,
+    into: CopyArgument,
+    force: ForceOption = False,
     _out: Annotated[str | None, Option("--out", "--solutions", hidden=True, callback=_ROWS_ONLY)] = None,
 ) -> None:
     """Write all that the gradebook has of a student into one JSON file: records, and each file that they handed in.
@@ -851,13 +859,13 @@ def copy(
 
 @person.command()
 def erase(
-    marks: Marks,
-    student: Student,
-    by: By,
-    out: Out = None,
-    dry_run: DryRun = False,
+    marks: MarksArgument,
+    student: StudentArgument,
+    by: ByOption,
+    out: OutOption = None,
+    dry_run: DryRunOption = False,
     yes: Annotated[bool, Option("--yes", help="Do not ask.")] = False,
-    solutions: CourseFolder = None,
+    solutions: SolutionsOption = None,
     _submissions: Annotated[str | None, Option("--submissions", hidden=True, callback=_NO_SUBMISSIONS)] = None,
 ) -> None:
     """Erase all that is stored about a student. This cannot be undone.

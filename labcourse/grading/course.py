@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # every command imports this module, and --help should be qui
     from labcourse.grading.settings import CourseSettings
     from labcourse.grading.verdicts import Key
 
-SETTING = "LABCOURSE_SOLUTIONS"  #: environment variable with the course's folder, where no option names it
+SOLUTIONS_VARIABLE = "LABCOURSE_SOLUTIONS"  #: environment variable with the course's folder, where no option names it
 OUTCOMES_FILE = "outcomes.toml"  #: in the course's folder, optional: the outcomes of its codes
 SHEETS_FILE = "sheets.toml"  #: in the course's folder, optional: the layout of its scoring sheets
 RUBRIC_FILE = "rubric.toml"  #: in the course's folder, optional: what a person looks for in answers in words
@@ -219,8 +219,8 @@ def find(option: str | Path | None = None, with_optional: bool = False) -> Cours
     if not folder.is_dir():
         raise GradingError(
             f"There is no course at {folder.resolve()}. Name the course's folder, the one that holds {_FILE}, by "
-            f"--solutions FOLDER or by the environment variable {SETTING}. Or name a course that was installed by pip "
-            f"install -e, by --course NAME or by {courses.SETTING}."
+            f"--solutions FOLDER or by the environment variable {SOLUTIONS_VARIABLE}. Or name a course that was "
+            f"installed by pip install -e, by --course NAME or by {courses.COURSE_VARIABLE}."
         )
     return load(folder, with_optional)
 
@@ -257,7 +257,7 @@ def load(folder: Path, with_optional: bool = False) -> Course:
     if not (folder / _FILE).is_file():
         raise GradingError(
             f"{folder} is not a course's folder: it holds no {_FILE}. Name one by --solutions FOLDER, or by the "
-            f"environment variable {SETTING}."
+            f"environment variable {SOLUTIONS_VARIABLE}."
         )
     package = _make_package(folder)
     if str(folder.parent) not in sys.path:

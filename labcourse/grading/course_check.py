@@ -1,8 +1,8 @@
 """Check whether a course is complete: catalogue, key, cells and texts fit each other, and the key marks correctly.
 
-Nothing is changed. Each :class:`Finding` names its place. Without a run, questions, key, rubric, cells and numbers are
-compared. With one, the notebooks are run as they are handed out: a student who has written nothing yet must be able to
-go on. Then they are run with the solutions: the key must mark these as right, and wrong answers made of them as wrong.
+Nothing is changed. Each :class:`CourseFault` names its place. Without a run, questions, key, rubric, cells and numbers
+are compared. With one, the notebooks are run as they are handed out: a student who has written nothing yet must be able
+to go on. Then they are run with the solutions: the key must mark these as right, and wrong answers made of them wrong.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import KeyFault
 from labcourse.grading.marks import Status
 from labcourse.grading.release import percent, student_course, student_notebooks
-from labcourse.grading.release.student_notebooks import BEGIN, INSTRUCTOR_TAG, PARAMETERS_TAG, is_answer
+from labcourse.grading.release.student_notebooks import BEGIN_CODE, INSTRUCTOR_TAG, PARAMETERS_TAG, is_answer
 from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.scoring import rubric
@@ -47,13 +47,13 @@ from labcourse.run.reasons import Causes, RunCell
 from labcourse.sentences import sentence
 
 #: Student for the run of the solutions: on this bench no result is so near a limit that two answers are right.
-STUDENT = "checks"
+SOLUTIONS_STUDENT = "checks"
 SEED = 20  #: from which the inputs of functions are drawn
-_LIMITS = runner.Limits(cell=300, submission=1800.0)  # generous: these are the course's own notebooks
+_LIMITS = runner.RunLimits(cell=300, submission=1800.0)  # generous: these are the course's own notebooks
 
 
 @dataclass(frozen=True)
-class Finding:
+class CourseFault:
     """Something that is missing in a course, or contradicts something else.
 
     Attributes
@@ -69,7 +69,7 @@ class Finding:
         return f"{self.where}: {self.what}"
 
 
-def check(course: Course, run: bool = True) -> Iterator[Finding]:
+def check(course: Course, run: bool = True) -> Iterator[CourseFault]:
     """Look for what is missing in a course, or contradicts itself.
 
     Parameters
@@ -81,10 +81,10 @@ def check(course: Course, run: bool = True) -> Iterator[Finding]:
     try:
         outdated = percent.outdated(course)
     except GradingError as error:
-        yield Finding("the texts of the notebooks", str(error))
+        yield CourseFault("the texts of the notebooks", str(error))
         return
     for path in outdated:
-        yield Finding(path.name, f"it is not what its text gives now: say {program.name()} make-notebooks.")
+        yield CourseFault(path.name, f"it is not what its text gives now: say {program.name()} make-notebooks.")
     if outdated:
         return
     for part in (check_key, check_files, check_cells, check_derived, check_numbers, check_imports):
@@ -106,56 +106,56 @@ def _in_key(question: Question, part: Part) -> str:
 # --- catalogue, key, rubric, outcomes, modules ------------------------------------------------------------------------
 
 
-def check_key(course: Course) -> Iterator[Finding]:
+def check_key(course: Course) -> Iterator[CourseFault]:
     """Find questions without a key, and parts that only the key, or only the catalogue, leaves to a person."""
     for number, question in course.catalogue.marked.items():
         if number not in course.key:
-            yield Finding("the key", f"question {number} has no entry.")
+            yield CourseFault("the key", f"question {number} has no entry.")
             continue
         for part in question.parts:
             if isinstance(course.key[number][part.name], ForAPerson) != (part.marked == "person"):
                 contradiction = f"the catalogue says that it is marked by {part.marked}, the key does otherwise."
-                yield Finding(_in_key(question, part), contradiction)
+                yield CourseFault(_in_key(question, part), contradiction)
 
 
-def check_files(course: Course) -> Iterator[Finding]:
+def check_files(course: Course) -> Iterator[CourseFault]:
     """Find faults of the rubric, of codes of outcomes, of the map to outcomes, and of the scoring sheets."""
     catalogue = course.catalogue
-    yield from (Finding(RUBRIC_FILE, fault) for fault in rubric.examine(course.folder, catalogue)[1])
+    yield from (CourseFault(RUBRIC_FILE, fault) for fault in rubric.examine(course.folder, catalogue)[1])
     for number, question in catalogue.marked.items():
         for code in dict.fromkeys([*question.outcomes, *(part.outcome for part in question.parts if part.outcome)]):
             if code not in catalogue.outcomes:
                 codes = ", ".join(catalogue.outcomes) or "none"
-                yield Finding(f"question {number}", f"there is no outcome {code!r}; the catalogue has {codes}.")
+                yield CourseFault(f"question {number}", f"there is no outcome {code!r}; the catalogue has {codes}.")
     try:
         outcomes.read_map(course.folder, catalogue)
     except GradingError as error:
-        yield Finding(OUTCOMES_FILE, str(error))
+        yield CourseFault(OUTCOMES_FILE, str(error))
     if not (course.folder / SHEETS_FILE).exists():
         return
     try:
         without_sheet = sheets.on_no_sheet(sheets.read_layouts(course.folder, catalogue), catalogue)
     except GradingError as error:
-        yield Finding(SHEETS_FILE, str(error))
+        yield CourseFault(SHEETS_FILE, str(error))
         return
     for number, part in without_sheet:
         if part.outcome:
-            yield Finding(SHEETS_FILE, f"{number}, {part.name}: it carries {part.outcome}, and is on no sheet.")
+            yield CourseFault(SHEETS_FILE, f"{number}, {part.name}: it carries {part.outcome}, and is on no sheet.")
 
 
-def check_imports(course: Course) -> Iterator[Finding]:
+def check_imports(course: Course) -> Iterator[CourseFault]:
     """Find modules in the course's ``imports`` that are not installed."""
     for name in course.imports:
         with contextlib.suppress(ModuleNotFoundError):
             if importlib.util.find_spec(name):
                 continue
-        yield Finding("course.py, imports", f"there is no module {name!r}.")
+        yield CourseFault("course.py, imports", f"there is no module {name!r}.")
 
 
 # --- cells of the notebooks -------------------------------------------------------------------------------------------
 
 
-def check_cells(course: Course) -> Iterator[Finding]:
+def check_cells(course: Course) -> Iterator[CourseFault]:
     """Find questions that no cell records, or several; cells that record unknown questions, or in a wrong notebook."""
     places: dict[Where, list[str]] = defaultdict(list)
     for path in course.notebooks:
@@ -164,23 +164,23 @@ def check_cells(course: Course) -> Iterator[Finding]:
         yield from _check_recorded(course, path, notebook, places)
     for name in course.catalogue.optional:
         if not (course.folder / f"{name}.ipynb").is_file():
-            yield Finding("the catalogue, optional", f"there is no notebook {name} in {course.folder.name}.")
+            yield CourseFault("the catalogue, optional", f"there is no notebook {name} in {course.folder.name}.")
     names = {path.stem for path in course.notebooks}
     for question in course.catalogue.everything.values():
         if question.notebook not in names:
-            yield Finding(f"question {question.number}", f"there is no notebook {question.notebook}.")
+            yield CourseFault(f"question {question.number}", f"there is no notebook {question.notebook}.")
             continue
         for part in question.parts:
             cells = places[question.number, part.name]
             if len(cells) != 1:
                 several = f"{len(cells)} cells record it: {'; '.join(cells)}."
                 what = several if cells else f"no cell of {question.notebook} records it."
-                yield Finding(f"question {question.number}, {part.name}", what)
+                yield CourseFault(f"question {question.number}, {part.name}", what)
 
 
 def _check_recorded(
     course: Course, path: Path, notebook: NotebookNode, places: dict[Where, list[str]]
-) -> Iterator[Finding]:
+) -> Iterator[CourseFault]:
     """Check what the cells of a notebook record.
 
     Parameters
@@ -198,50 +198,52 @@ def _check_recorded(
             question = course.catalogue.find(entry.question)
             parts = [question.part(part) for part in entry.of(question)]
         except AnswerError as error:
-            yield Finding(where, str(error))
+            yield CourseFault(where, str(error))
             continue
         for part in parts:
             if entry.in_words and part.kind != "prose":
-                yield Finding(where, f"{part.name} is no answer in words, but of kind {part.kind}.")
+                yield CourseFault(where, f"{part.name} is no answer in words, but of kind {part.kind}.")
             places[question.number, part.name].append(where)
         if question.notebook != path.stem:
             place = f"which the catalogue has in {question.notebook}."
-            yield Finding(where, f"it records question {question.number}, {place}")
+            yield CourseFault(where, f"it records question {question.number}, {place}")
     for cell in cells:
         if is_answer(cell) and cell.id not in answered:
             missing = "an answer cell, but the cell after it records nothing (lab.answer(...))."
-            yield Finding(_in_cell(path.name, cell.id), missing)
+            yield CourseFault(_in_cell(path.name, cell.id), missing)
 
 
-def _check_tags_and_headings(name: str, cells: list[NotebookNode]) -> Iterator[Finding]:
+def _check_tags_and_headings(name: str, cells: list[NotebookNode]) -> Iterator[CourseFault]:
     """Find faults of the tag "parameters", solutions outside answer cells, and missing or repeated headings."""
     tagged = sum(PARAMETERS_TAG in cell.metadata.get("tags", []) for cell in cells)
     if tagged != 1:
-        yield Finding(name, f"{tagged} cells are tagged 'parameters'; one should be, for papermill's to come after it.")
+        yield CourseFault(
+            name, f"{tagged} cells are tagged 'parameters'; one should be, for papermill's to come after it."
+        )
     seen: dict[str, str] = {}
     for cell in cells:
         where = _in_cell(name, cell.id)
-        is_solution = BEGIN in cell.source or words.BEGIN in cell.source
+        is_solution = BEGIN_CODE in cell.source or words.BEGIN in cell.source
         if is_solution and INSTRUCTOR_TAG not in cell.metadata.get("tags", []) and not is_answer(cell):
-            yield Finding(where, "it has a solution, but its metadata do not make it an answer cell.")
+            yield CourseFault(where, "it has a solution, but its metadata do not make it an answer cell.")
         if cell.cell_type != "markdown" or not is_answer(cell):
             continue
         headings = words.headings(cell.source.partition(words.BEGIN)[0])
         if len(headings) != 1:
             example = words.heading("Your answer: 1.1, why")
-            yield Finding(where, f"it should begin with one heading for students, such as {example}")
+            yield CourseFault(where, f"it should begin with one heading for students, such as {example}")
         for heading in headings:
             if heading in seen:
-                yield Finding(where, f"it has the heading of cell {seen[heading]!r}, too.")
+                yield CourseFault(where, f"it has the heading of cell {seen[heading]!r}, too.")
             seen[heading] = cell.id
 
 
-def check_derived(course: Course) -> Iterator[Finding]:
+def check_derived(course: Course) -> Iterator[CourseFault]:
     """Find stored student notebooks that differ from what would be derived now."""
     try:
         texts = student_course.derive_notebooks(course)
     except GradingError as error:
-        yield Finding("the student notebooks", str(error))
+        yield CourseFault("the student notebooks", str(error))
         return
     folder = course.student_notebooks
     paths = [path for path in folder.glob("*.ipynb") if path.stem not in course.off]
@@ -249,12 +251,12 @@ def check_derived(course: Course) -> Iterator[Finding]:
     for name in sorted(texts.keys() | stored.keys()) if folder.is_dir() else ():
         place = f"{folder.name}/{name}"
         if name not in texts:
-            yield Finding(place, f"no notebook in {course.folder.name} leads to it: remove it.")
+            yield CourseFault(place, f"no notebook in {course.folder.name} leads to it: remove it.")
         elif texts[name] != stored.get(name):
-            yield Finding(place, f"it is not what is derived now: say {program.name()} make-notebooks.")
+            yield CourseFault(place, f"it is not what is derived now: say {program.name()} make-notebooks.")
 
 
-def check_numbers(course: Course) -> Iterator[Finding]:
+def check_numbers(course: Course) -> Iterator[CourseFault]:
     """Find texts that state another number than the course has, and patterns that no text matches any more."""
     cells = [
         (_in_cell(path.name, cell.id), cell.source)
@@ -266,16 +268,16 @@ def check_numbers(course: Course) -> Iterator[Finding]:
         matches = [(where, match[1]) for where, text in cells for match in pattern.finditer(text)]
         if not matches:
             advice = f"no text has it as {stated.pattern!r} any more: mend the pattern, or take it out."
-            yield Finding(f"stated, {stated.what}", advice)
+            yield CourseFault(f"stated, {stated.what}", advice)
         for where, number in matches:
             if not np.isclose(float(number.replace("−", "-")), stated.value, rtol=1e-9, atol=0):
-                yield Finding(where, f"{stated.what} is {stated.value:g}; this text says {number}.")
+                yield CourseFault(where, f"{stated.what} is {stated.value:g}; this text says {number}.")
 
 
 # --- what a run brings out --------------------------------------------------------------------------------------------
 
 
-def check_empty(course: Course, released: Bundle) -> Iterator[Finding]:
+def check_empty(course: Course, released: Bundle) -> Iterator[CourseFault]:
     """Run the student notebooks as they are handed out, and find cells that stop; only the first cause is reported.
 
     Parameters
@@ -285,12 +287,12 @@ def check_empty(course: Course, released: Bundle) -> Iterator[Finding]:
     """
     notebooks = merged(released.pristine, {}, every_cell=True)
     run = run_notebooks(released, notebooks)
-    yield from (Finding("the student notebooks", sentence(problem)) for problem in run.problems)
+    yield from (CourseFault("the student notebooks", sentence(problem)) for problem in run.problems)
     values = set(decoding.decode(run.answers, SEED, course.catalogue).values)
     causes = Causes(released.pristine, notebooks, schema.read_reports(run.reports), values, course.catalogue)
     stopped = (causes.root(cell) for cells in causes.cells.values() for cell in cells if cell.stopped)
     for root in dict.fromkeys(cell for cell in stopped if isinstance(cell, RunCell)):
-        yield Finding(_in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {_stop_reason(root)}")
+        yield CourseFault(_in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {_stop_reason(root)}")
 
 
 def _stop_reason(cell: RunCell) -> str:
@@ -302,14 +304,14 @@ def _stop_reason(cell: RunCell) -> str:
     return f"{error.type}{f', line {error.line}' if error.line else ''}: {error.message}{hint}"
 
 
-def check_solutions(course: Course, released: Bundle) -> Iterator[Finding]:
+def check_solutions(course: Course, released: Bundle) -> Iterator[CourseFault]:
     """Run the solutions; find those that the key does not mark as right, and wrong answers that it marks as right."""
     claims, missing = answers_of_solutions(course, released)
-    yield from (Finding("the solutions", sentence(problem)) for problem in claims.problems)
+    yield from (CourseFault("the solutions", sentence(problem)) for problem in claims.problems)
     yield from check_verdicts(course, claims, missing)
 
 
-def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, Problem]) -> Iterator[Finding]:
+def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, Problem]) -> Iterator[CourseFault]:
     """Mark the solutions' answers, and wrong answers made of them; find verdicts that are not as expected.
 
     Parameters
@@ -319,16 +321,16 @@ def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, Probl
     missing : (question, part) → why there is no answer, from the same
     """
     claims = decoding.with_reports(claims, course.catalogue)
-    case = marking.case_of(course, claims, course.true_bench(STUDENT), SEED)
+    case = marking.case_of(course, claims, course.true_bench(SOLUTIONS_STUDENT), SEED)
     for number in [number for number in course.key if number in course.asked.marked]:
         checks, question = course.key[number], course.asked.marked[number]
         for part in question.parts:
             own = _KnownAnswers(case.own, course.catalogue)
             why = sentence(missing.get((number, part.name), "its cell runs to its end, and leaves it empty."))
             for fault in _faults_of_check(question, part, checks[part.name], claims, replace(case, own=own), why):
-                yield Finding(_in_key(question, part), fault)
+                yield CourseFault(_in_key(question, part), fault)
             for fault in own.unknown:
-                yield Finding(_in_key(question, part), f"it uses an answer that does not exist. {fault}")
+                yield CourseFault(_in_key(question, part), f"it uses an answer that does not exist. {fault}")
 
 
 class _KnownAnswers:
@@ -428,7 +430,7 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
         texts = words.written(master["cells"], Notebook.read((course.folder / name).read_bytes()).cells)
         decoding.add_words(claims, texts.words, course.catalogue)
         claims.problems.extend(replace(problem, where=name) for problem in [*texts.problems, *texts.notes])
-    claims.values.update(course.given_values(STUDENT, released.policy, released.asked))
+    claims.values.update(course.given_values(SOLUTIONS_STUDENT, released.policy, released.asked))
     return claims, why.missing
 
 
@@ -441,7 +443,7 @@ def run_notebooks(released: Bundle, notebooks: Merged) -> runner.Run:
         If the course cannot be imported.
     """
     job = runner.Job(
-        student=STUDENT,
+        student=SOLUTIONS_STUDENT,
         notebooks=notebooks.notebooks,
         probe_seed=SEED,
         parameters=released.parameters,

@@ -23,7 +23,7 @@ from labcourse.grading.gradebook.persons import Person
 from labcourse.grading.graded_run import Facts, facts_of
 from labcourse.student_id import GRADEBOOK_FILE, caseless
 
-_OF_CLASS = (overview.PAGE_FILE, outcomes.ATTAINMENT_FILE, outcomes.LEVELS_FILE, sheets.PAGE_FILE)
+_OF_CLASS = (overview.OVERVIEW_FILE, outcomes.ATTAINMENT_FILE, outcomes.LEVELS_FILE, sheets.SHEETS_PAGE)
 _UNREADABLE = (".pdf", ".png", ".jpg")  # in which letters do not stand as such
 
 

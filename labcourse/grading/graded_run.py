@@ -15,7 +15,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 
 from labcourse.answers import answers
-from labcourse.answers.cell_reports import Reports
+from labcourse.answers.cell_reports import CellReports
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
@@ -56,7 +56,7 @@ class Facts(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    reports: Reports = Reports()
+    reports: CellReports = CellReports()
     ended: tuple[_Stored, ...] = ()
     problems: tuple[_Stored, ...] = ()
     notes: tuple[_Stored, ...] = ()

@@ -30,17 +30,17 @@ from labcourse.grading.course import OUTCOMES_FILE, Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.result import account_in
+from labcourse.grading.scoring.progress import LEVELS
 from labcourse.grading.settings import SHARE_DIGITS, CourseSettings, MarkSettings, read_toml, refuse
 from labcourse.messages import plural
 from labcourse.safe_text import as_csv
 from labcourse.student_id import caseless
 
 ATTAINMENT_FILE, LEVELS_FILE = "attainment.csv", "levels.csv"
-LEVELS = (4, 3, 2, 1, 0)  #: 0 is for what is of no worth, or missing
 EVERYBODY = "everybody"  #: in place of a group's name
 _UNDECIDED = "nothing decided yet"
 
-Content = TypeVar("Content")
+_Content = TypeVar("_Content")
 Criteria = Mapping[str, Collection[str]]  #: name of a criterion (a code, or the key of an outcome) → codes
 
 
@@ -187,7 +187,7 @@ def read_map(folder: Path, catalogue: Catalogue) -> OutcomeMap | None:
     return mapped
 
 
-def read_as(kind: type[Content], file: Path) -> Content:
+def read_as(kind: type[_Content], file: Path) -> _Content:
     """Read a TOML file of a course as a type that pydantic knows.
 
     Raises

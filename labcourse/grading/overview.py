@@ -35,7 +35,7 @@ from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
 from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
 
-PAGE_FILE = "class.html"  #: in the folder of results
+OVERVIEW_FILE = "class.html"  #: in the folder of results
 FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
 MANY, SEVERAL = 0.2, 2  #: share of the judged answers, and students, for whom a part went wrong
 _WIDTH, _MOST_ROWS = 100, 60  # of a terminal: columns, and rows of a table
@@ -119,7 +119,7 @@ def _left_out(marks: MarkSettings) -> str:
 # --- the class at a glance: one table of sections, as a page and in the terminal --------------------------------------
 
 
-class Piece(NamedTuple):
+class CellPiece(NamedTuple):
     """A piece of a cell: its words, how they look ("strong" or "code"), and (student, question, part) it leads to."""
 
     words: str
@@ -128,15 +128,15 @@ class Piece(NamedTuple):
 
 
 #: What stands in a table: a text, a number, or pieces one after the other.
-Cell = str | float | Sequence[Piece]
+TableCell = str | float | Sequence[CellPiece]
 
 
-class Table(NamedTuple):
+class PageTable(NamedTuple):
     """A table; ``numbers`` are the headings of columns that are aligned at the right."""
 
     label: str
     headings: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
+    rows: Sequence[Sequence[TableCell]]
     numbers: Collection[str] = ()
 
 
@@ -145,7 +145,7 @@ class Section(NamedTuple):
 
     title: str
     summary: str
-    tables: Sequence[Table] = ()
+    tables: Sequence[PageTable] = ()
     notes: Sequence[str] = ()
 
 
@@ -198,7 +198,7 @@ def as_text(overview: Mapping[str, Any]) -> str:
     return "\n".join(line.rstrip() for line in text.getvalue().strip().splitlines())
 
 
-def words(cell: Cell) -> str:
+def words(cell: TableCell) -> str:
     """Return what stands in a cell as text."""
     if isinstance(cell, str):
         return cell
@@ -212,7 +212,7 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
     yield Section(
         "To do today",
         f"{count} to do. What is worth most comes first." if todo_now else "Nothing is to do today.",
-        [Table("By the points at stake", ["Points", "What to do"], [*map(_of_task, todo_now)], ["Points"])],
+        [PageTable("By the points at stake", ["Points", "What to do"], [*map(_of_task, todo_now)], ["Points"])],
     )
     there = [student for student in students if student.handed_in]
     columns = ["Assignment", "Due", "Out of", "Late", "Excused", "Given back"]
@@ -222,8 +222,10 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
         "The term",
         f"{len(there)} of {_students_text(students)} handed something in.",
         [
-            Table("Assignments", columns, [*map(_assignment_row, found["assignments"])], ["Out of", "Late", "Excused"]),
-            Table(
+            PageTable(
+                "Assignments", columns, [*map(_assignment_row, found["assignments"])], ["Out of", "Late", "Excused"]
+            ),
+            PageTable(
                 "Students in each state",
                 states,
                 [(one["title"], *(one["states"][state] or "" for state in states[1:])) for one in found["assignments"]]
@@ -231,7 +233,7 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
                 else [],
                 states[1:],
             ),
-            Table(
+            PageTable(
                 by_student,
                 ["Student", "Work", "Points so far", "Last handed in"],
                 [(_named(one), work_text(one), so_far_text(one), one.last) for one in students],
@@ -247,7 +249,7 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
         if behind
         else "Nobody is far below the class.",
         [
-            Table(
+            PageTable(
                 "Points of what is due and decided",
                 ["Student", "Share"],
                 [(_named(student), f"{100 * share:.0f} %") for student, share, _usual in behind],
@@ -261,7 +263,7 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
         f"The messages behind the list of what to do, in full. They are about {_students_text(details)}."
         if details
         else "No run, no file and no lapsed mark cost anybody points.",
-        [Table("Messages", ["Student", "Messages"], [(_named(one), "\n".join(said)) for one, said in details])],
+        [PageTable("Messages", ["Student", "Messages"], [(_named(one), "\n".join(said)) for one, said in details])],
     )
     yield from _of_not_counted(students)
     yield from _of_answers(found, titles)
@@ -279,7 +281,7 @@ _TAKES_IT = {
 
 def _of_not_counted(students: Sequence[Student]) -> Iterator[Section]:
     """Yield the section of what students made and does not count, grouped by reason."""
-    rows: list[Sequence[Cell]] = []
+    rows: list[Sequence[TableCell]] = []
     for student in students:
         run = student.graded.run if student.graded else None
         reported = (*run.problems, *run.notes) if run else ()
@@ -297,7 +299,7 @@ def _of_not_counted(students: Sequence[Student]) -> Iterator[Section]:
         f"Some of what {_students_text(concerned)} made does not count."
         if rows
         else "Everything that was made counts.",
-        [Table("Made by students, and not counted", ["Student", "What, and why", "What takes it in"], rows)],
+        [PageTable("Made by students, and not counted", ["Student", "What, and why", "What takes it in"], rows)],
     )
 
 
@@ -305,32 +307,32 @@ def _students_text(students: Sized) -> str:
     return plural(len(students), "{count} student", "{count} students")
 
 
-def _named(student: Student) -> list[Piece]:
-    return [Piece(student.name, leads_to=(student.id, "", ""))]
+def _named(student: Student) -> list[CellPiece]:
+    return [CellPiece(student.name, leads_to=(student.id, "", ""))]
 
 
-def _one(student: str, where: Where | None = None) -> list[Piece]:
+def _one(student: str, where: Where | None = None) -> list[CellPiece]:
     """Return a student's ID, or the name of an answer of theirs, which leads there."""
     question, part = where or ("", "")
-    return [Piece(f"{question} {part}" if where else student, leads_to=(student, question, part))]
+    return [CellPiece(f"{question} {part}" if where else student, leads_to=(student, question, part))]
 
 
-def _each(students: Sequence[str]) -> list[Piece]:
-    pieces = [piece for student in students for piece in (Piece(", "), *_one(student))]
+def _each(students: Sequence[str]) -> list[CellPiece]:
+    pieces = [piece for student in students for piece in (CellPiece(", "), *_one(student))]
     return pieces[1:]
 
 
-def _of_task(task: Task) -> Sequence[Cell]:
+def _of_task(task: Task) -> Sequence[TableCell]:
     """Return the row of something to do. Few students are named; of many their number, and the first."""
     many = len(task.who) > _MOST_NAMED
-    first = [Piece(f"{_students_text(task.who)}: "), *_each(task.who[: _MOST_NAMED - 1]), Piece(", …")]
+    first = [CellPiece(f"{_students_text(task.who)}: "), *_each(task.who[: _MOST_NAMED - 1]), CellPiece(", …")]
     who = first if many else _each(task.who)
     worth = "not known" if task.worth is None else points(float(task.worth)) if task.worth else ""
-    what = [Piece(sentence(task.what), "strong"), Piece("\n"), *who, *([Piece("\n")] if who else [])]
-    return worth, [*what, Piece(task.command, "code")]
+    what = [CellPiece(sentence(task.what), "strong"), CellPiece("\n"), *who, *([CellPiece("\n")] if who else [])]
+    return worth, [*what, CellPiece(task.command, "code")]
 
 
-def _assignment_row(one: Mapping[str, Any]) -> Sequence[Cell]:
+def _assignment_row(one: Mapping[str, Any]) -> Sequence[TableCell]:
     due = f"{one['due']:%Y-%m-%d %H:%M}" if one["due"] else ""
     back = moment(one["given_back"]) if one["given_back"] else ""
     return one["title"], due, one["out_of"], one["late"] or "", one["excused"] or "", back
@@ -361,8 +363,8 @@ def _of_answers(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator
         "Waiting for a person",
         f"To be read: {answers}, worth {worth(_out_of(to_read))}." if to_read else "No answer waits for a person.",
         [
-            Table("Answers that wait", columns, rows, columns[2:]),
-            Table("Scoring", ["Scorer", "Answers"], found["scorers"], ["Answers"]),
+            PageTable("Answers that wait", columns, rows, columns[2:]),
+            PageTable("Scoring", ["Scorer", "Answers"], found["scorers"], ["Answers"]),
         ],
     )
     columns = ["Student", "Part", "Asked by", "When", "What"]
@@ -371,7 +373,7 @@ def _of_answers(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator
         "Asked of the instructor",
         f"For you to decide, as a scorer asked: {answers}." if asked else "No scorer asks you.",
         [
-            Table(
+            PageTable(
                 "Questions of scorers",
                 columns,
                 [
@@ -389,7 +391,7 @@ def _of_answers(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator
         "Requests to look again",
         f"{count} not answered yet." if requests else "Nobody asks to have anything looked at again.",
         [
-            Table(
+            PageTable(
                 "Requests of students",
                 ["Student", "Part", "Since", "What"],
                 [
@@ -417,7 +419,7 @@ def _of_work(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Se
         "Went wrong for many",
         summary,
         [
-            Table(
+            PageTable(
                 "Slips",
                 ["Part", "Question", "Went wrong for", "Commonest reasons"],
                 [(" ".join(one.where), titles.get(one.where[0], ""), _share(one), _commonest(one)) for one in slips_],
@@ -431,7 +433,7 @@ def _of_work(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Se
         f"Cells of {_students_text(stopped)} stopped with an error of their own."
         if stopped
         else "No cell of a student stopped.",
-        [Table(label, ["Student", "What stopped"], [(_one(one.id), "\n".join(said)) for one, said in stopped])],
+        [PageTable(label, ["Student", "What stopped"], [(_one(one.id), "\n".join(said)) for one, said in stopped])],
     )
     groups = plural(len(common), "{count} group", "{count} groups")
     yield Section(
@@ -440,7 +442,7 @@ def _of_work(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Se
         if common
         else "Nobody has the numbers, recordings or files of a class-mate.",
         [
-            Table(
+            PageTable(
                 "Hints",
                 ["Students", "What they have in common"],
                 [(_each(who), "\n".join(evidence)) for who, evidence in common.items()],
@@ -460,10 +462,10 @@ def _of_work(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Se
         "Feedback given back",
         summary,
         [
-            Table(
+            PageTable(
                 "Changed since", ["Student", "Changed"], [(_one(who), _moved(those)) for who, those in moved.items()]
             ),
-            Table("Given back", ["When", "By", "Note"], [(moment(one.when), one.actor, one.note) for one in given]),
+            PageTable("Given back", ["When", "By", "Note"], [(moment(one.when), one.actor, one.note) for one in given]),
         ],
     )
 
@@ -476,12 +478,12 @@ def _commonest(slip: Slip) -> str:
     return "\n".join(f"{times} × {reason}" for reason, times in slip.reasons[:3])
 
 
-def _moved(changes: Iterable[Any]) -> list[Piece]:
+def _moved(changes: Iterable[Any]) -> list[CellPiece]:
     """Return the marks of a student that changed, each in a line."""
-    pieces: list[Piece] = []
+    pieces: list[CellPiece] = []
     for one in changes:
-        pieces += [Piece("\n"), *_one(one.student, (one.question, one.part))]
-        pieces.append(Piece(f": {state_text(one.before)} → {state_text(one.after)}"))
+        pieces += [CellPiece("\n"), *_one(one.student, (one.question, one.part))]
+        pieces.append(CellPiece(f": {state_text(one.before)} → {state_text(one.after)}"))
     return pieces[1:]
 
 

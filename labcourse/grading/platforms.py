@@ -154,7 +154,7 @@ _CELLS = {
 }
 
 
-class Cell(NamedTuple):
+class CsvCell(NamedTuple):
     """A cell: where it stands in the text, quotes included, and its text."""
 
     start: int
@@ -164,13 +164,13 @@ class Cell(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """The cells of a file; an empty line has none. ``text`` is the whole file, byte-order mark included."""
 
     text: str
     codec: str
     separator: str
-    rows: list[list[Cell]]
+    rows: list[list[CsvCell]]
 
     def cell(self, row: int, place: int) -> str:
         """Return the text of a cell without white space around it; "" if its row is shorter."""
@@ -192,7 +192,7 @@ class Table:
         return "".join([*pieces, self.text[done:]]).encode(self.codec, "surrogateescape")
 
 
-def table(data: bytes, separator: str) -> Table:
+def table(data: bytes, separator: str) -> CsvTable:
     """Read the cells of a file.
 
     It may be UTF-8, or UTF-16 as Blackboard writes it, with or without a byte-order mark. Bytes that are not UTF-8 stay
@@ -211,11 +211,11 @@ def table(data: bytes, separator: str) -> Table:
         text = data.decode(codec, "surrogateescape" if codec == "utf-8" else "strict")
     except UnicodeDecodeError as error:
         raise GradingError(f"It is damaged: its byte {error.start} is not {codec.upper()}. Export it again.") from None
-    return Table(text, codec, separator, list(_rows(text, separator)))
+    return CsvTable(text, codec, separator, list(_rows(text, separator)))
 
 
-def _rows(text: str, separator: str) -> Iterator[list[Cell]]:
-    place, row = int(text.startswith("\ufeff")), list[Cell]()
+def _rows(text: str, separator: str) -> Iterator[list[CsvCell]]:
+    place, row = int(text.startswith("\ufeff")), list[CsvCell]()
     while place < len(text) or row:
         match = _CELLS[separator].match(text, place)
         if match is None:
@@ -223,7 +223,7 @@ def _rows(text: str, separator: str) -> Iterator[list[Cell]]:
             raise GradingError(f"A quote that is opened in line {line} is never closed: the file is damaged.")
         inside, place = match["inside"], match.end()
         content = "" if inside is None else inside.replace('""', '"')
-        row.append(Cell(match.start(), match.start("end"), content + match["rest"], inside is not None))
+        row.append(CsvCell(match.start(), match.start("end"), content + match["rest"], inside is not None))
         if match["end"] != separator:
             yield row if len(row) > 1 or row[0].start < row[0].end else []
             row = []
@@ -237,7 +237,7 @@ def _line(text: str, place: int) -> int:
 
 
 @dataclass(frozen=True)
-class Column:
+class PointsColumn:
     """A column of points.
 
     Attributes
@@ -258,10 +258,10 @@ class Export:
     """A platform's file: its cells and headings, the rows of its students, and its columns of points."""
 
     platform: Platform
-    table: Table
+    table: CsvTable
     head: list[str]
     students: list[int] = field(default_factory=list)
-    columns: list[Column] = field(default_factory=list)
+    columns: list[PointsColumn] = field(default_factory=list)
 
     def under(self, row: int, heading: str) -> str:
         """Return the text of a row under a heading; "" if there is no such column."""
@@ -276,7 +276,7 @@ class Export:
         known = next(filter(None, (self.under(row, heading) for heading in self.platform.keys)), "–")
         return f"{known} ({', '.join(filter(None, (self.name(row), f'line {self.table.line(row)}')))})"
 
-    def column(self, asked: str | None = None) -> Column:
+    def column(self, asked: str | None = None) -> PointsColumn:
         """Return the column for the marks.
 
         Parameters
@@ -303,7 +303,7 @@ class Export:
             )
         return there[0]
 
-    def maximum(self, column: Column, out_of: Decimal | None = None) -> Decimal:
+    def maximum(self, column: PointsColumn, out_of: Decimal | None = None) -> Decimal:
         """Return what a column is out of: as the file says, or else the instructor.
 
         Raises
@@ -367,7 +367,7 @@ def _export(export: Export) -> Export:
         if match and is_open and not most.startswith("("):  # Canvas writes (read only)
             names = match.groupdict()
             most = names.pop("most", None) or most
-            export.columns.append(Column(place, heading, [*filter(None, names.values())], most))
+            export.columns.append(PointsColumn(place, heading, [*filter(None, names.values())], most))
     return export
 
 
@@ -525,7 +525,7 @@ def _earned_in(grade: AssignmentGrade) -> Earned:
 
 
 @dataclass(frozen=True)
-class Choice:
+class MarkFormat:
     """How marks are written.
 
     Attributes
@@ -541,7 +541,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Entry:
+class StudentCell:
     """A student's cell.
 
     Attributes
@@ -558,8 +558,13 @@ class Entry:
 
 
 def fill(
-    export: Export, column: Column, maximum: Decimal, matches: Matches, earned: Mapping[str, Earned], choice: Choice
-) -> tuple[bytes, dict[str, Entry]]:
+    export: Export,
+    column: PointsColumn,
+    maximum: Decimal,
+    matches: Matches,
+    earned: Mapping[str, Earned],
+    choice: MarkFormat,
+) -> tuple[bytes, dict[str, StudentCell]]:
     """Write everybody's mark into one column.
 
     Parameters
@@ -573,7 +578,7 @@ def fill(
     -------
     bytes
         The file.
-    dict[str, Entry]
+    dict[str, StudentCell]
         Student → what became of their cell. A mark that was there already has an equal ``after``.
 
     Raises
@@ -582,17 +587,17 @@ def fill(
         If the column has letters or words, or marks would be above the maximum; the message lists all of them.
     """
     _check_points(export, column)
-    comma, entries, new = _has_decimal_commas(export.table), dict[str, Entry](), dict[tuple[int, int], str]()
+    comma, entries, new = _has_decimal_commas(export.table), dict[str, StudentCell](), dict[tuple[int, int], str]()
     above = dict[str, str]()
     for row, about in sorted(matches.found.items()):
         mark, before = earned[about.student], export.table.cell(row, column.place)
         why = _why_left(export, column, row)
         if mark.state == _EXCUSED and export.platform.excused and not why:
             new[row, column.place] = export.platform.excused
-            entries[about.student] = Entry(before, export.platform.excused, mark.remark, complete=True)
+            entries[about.student] = StudentCell(before, export.platform.excused, mark.remark, complete=True)
             continue
         if why or mark.share is None or (mark.remark and not choice.unfinished):
-            entries[about.student] = Entry(before, None, why or mark.remark)
+            entries[about.student] = StudentCell(before, None, why or mark.remark)
             continue
         value = half_up(mark.share * Fraction(maximum), choice.decimals)
         if value > maximum:
@@ -603,7 +608,7 @@ def fill(
         if _number(before) != value:
             after = new[row, column.place] = in_full(value).replace(".", "," if comma else ".")
         missing = f"{State.MISSING}." if mark.state == State.MISSING else ""
-        entries[about.student] = Entry(before, after, cut or mark.remark or missing, not mark.remark)
+        entries[about.student] = StudentCell(before, after, cut or mark.remark or missing, not mark.remark)
     if above and not choice.cap:
         most, those = in_full(Fraction(maximum)), ", ".join(f"{who}: {value}" for who, value in above.items())
         raise GradingError(
@@ -614,7 +619,7 @@ def fill(
     return export.table.changed(new), entries
 
 
-def _check_points(export: Export, column: Column) -> None:
+def _check_points(export: Export, column: PointsColumn) -> None:
     """Refuse a column of letters or words: not one of its cells is a number."""
     platform, cells = export.platform, [export.table.cell(row, column.place) for row in export.students]
     filled = [text for text in cells if not _is_empty(platform, text) and text.casefold() not in platform.closed]
@@ -622,7 +627,7 @@ def _check_points(export: Export, column: Column) -> None:
         raise GradingError(f"{column.heading!r} has {filled[0]!r} and the like, and no points.")
 
 
-def _why_left(export: Export, column: Column, row: int) -> str:
+def _why_left(export: Export, column: PointsColumn, row: int) -> str:
     """Return why a cell must not be written; "" if it may."""
     before, platform = export.table.cell(row, column.place), export.platform
     if column.place >= len(export.table.rows[row]):
@@ -638,12 +643,12 @@ def _is_empty(platform: Platform, text: str) -> bool:
     return re.sub(r"\(.*\)$", "", text).strip() in ("", platform.empty)
 
 
-def _has_decimal_commas(table: Table) -> bool:
+def _has_decimal_commas(table: CsvTable) -> bool:
     numbers = [cell.text.strip() for row in table.rows for cell in row if _NUMBER.fullmatch(cell.text.strip())]
     return any("," in text for text in numbers) and not any("." in text for text in numbers)
 
 
-def summary(export: Export, entries: Mapping[str, Entry], matches: Matches, dry: bool = False) -> list[str]:
+def summary(export: Export, entries: Mapping[str, StudentCell], matches: Matches, dry: bool = False) -> list[str]:
     """Summarise what was written and what was not, the counts first.
 
     Parameters

@@ -35,8 +35,8 @@ SETTINGS_FILE = "course.toml"  #: in the course's folder, optional
 #: Digits to which shares are compared: sums of floats are off in the last digit, and must still reach a threshold.
 SHARE_DIGITS = 9
 
-Place = tuple[str | int, ...]  #: of an entry in the file, as ("deadline", 0, "due")
-Fault = tuple[Place, str]  #: place of an entry, and what is wrong with it
+EntryPath = tuple[str | int, ...]  #: of an entry in the file, as ("deadline", 0, "due")
+Fault = tuple[EntryPath, str]  #: place of an entry, and what is wrong with it
 
 
 # --- types of entries -------------------------------------------------------------------------------------------------
@@ -469,7 +469,7 @@ def _refuse_places(file: Path, faults: Iterable[Fault]) -> None:
     refuse(file, (f"{_dotted(place)}: {fault}" for place, fault in faults))
 
 
-def _dotted(place: Place) -> str:
+def _dotted(place: EntryPath) -> str:
     """Write a place for people: "feedback.from", or "deadline 1.due", counted from 1."""
     return "".join(f" {part + 1}" if isinstance(part, int) else f".{part}" for part in place)[1:]
 
@@ -503,7 +503,7 @@ def _suggestion(name: str, known: Sequence[str]) -> str:
 
 def _refused_entry(details: ErrorDetails) -> Fault:
     """Return the fault for an error of pydantic's: what is expected, and what is there."""
-    place: Place = details["loc"][: 3 if details["loc"][0] in _ROWS else 2]
+    place: EntryPath = details["loc"][: 3 if details["loc"][0] in _ROWS else 2]
     if not isinstance(place[-1], str):
         place = place[:1]  # a row is no table: the fault of _unknown_entries replaces this one
     message = details["msg"].removeprefix("Value error, ").replace("a valid tuple", "a list, in brackets")
@@ -569,7 +569,7 @@ def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterat
 
 def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:
     """Yield a fault for each name of a notebook, assignment, question or part that there is not."""
-    rows: list[tuple[Place, Assignment | Deadline | Extension]] = []
+    rows: list[tuple[EntryPath, Assignment | Deadline | Extension]] = []
     rows += [(("assignment", number), row) for number, row in enumerate(settings.assignments)]
     rows += [(("deadline", number), row) for number, row in enumerate(settings.deadlines)]
     rows += [(("extension", number), row) for number, row in enumerate(settings.extensions)]

@@ -27,15 +27,15 @@ from labcourse.grading.settings import LevelSettings, refuse
 from labcourse.problems import Where
 from labcourse.student_id import caseless
 
-PAGE_FILE = "sheets.html"  #: in the folder of results for the class, and in each student's folder
-WAITS = "…"  #: what a person has yet to decide, or what was not marked
+SHEETS_PAGE = "sheets.html"  #: in the folder of results for the class, and in each student's folder
+UNMARKED = "…"  #: what a person has yet to decide, or what was not marked
 MACHINE, PERSON = "m", "p"  #: who marked
 _MOST_UPRIGHT = 8  # columns of a sheet on a page that is held upright
 LEGEND = (
     "In a cell: the level, 4 to 1 (0 where nothing is of worth), by the share of the points that are decided; "
     "then the points earned of the points possible.",
     f"{MACHINE}: marked by the machine. {PERSON}: marked by a person.",
-    f"{WAITS}: waits for a person, or could not be marked; a level before it may change.",
+    f"{UNMARKED}: waits for a person, or could not be marked; a level before it may change.",
     "An empty cell has no points: it scores nothing, or the work is excused or not due yet.",
 )
 
@@ -57,7 +57,7 @@ class _Sheet(BaseModel):
 
 
 @dataclass(frozen=True)
-class Row:
+class SheetRow:
     """A row of a sheet.
 
     Attributes
@@ -88,7 +88,7 @@ class Layout:
     about: str
     codes: list[str]
     format: list[str]
-    rows: list[Row]
+    rows: list[SheetRow]
 
     @property
     def columns(self) -> list[str]:
@@ -145,7 +145,7 @@ def _layout(sheet: _Sheet, catalogue: Catalogue) -> Layout:
     if sheet.section is not None:
         about = f"The rows are the questions of Section {sheet.section}."
         rows = [
-            Row("", question.number, question.title, _by_code(_parts(question), codes))
+            SheetRow("", question.number, question.title, _by_code(_parts(question), codes))
             for question in catalogue.questions.values()
             if question.section == sheet.section
         ]
@@ -156,7 +156,7 @@ def _layout(sheet: _Sheet, catalogue: Catalogue) -> Layout:
     return Layout(sheet.title, about, sheet.codes, sheet.format, rows)
 
 
-def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogue: Catalogue) -> Row:
+def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogue: Catalogue) -> SheetRow:
     """Return the row of a report's item: what it writes, shows or discusses, and by what its report is judged."""
     parts: dict[Where, str] = {}
     if item.part:
@@ -173,7 +173,7 @@ def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogu
     prefix, point, _number = item.number.partition(".")
     group = f"{prefix}. {before}" if colon else prefix if point else ""
     heading = after if colon else before
-    return Row(group, item.number, heading[:1].upper() + heading[1:], _by_code(parts, codes))
+    return SheetRow(group, item.number, heading[:1].upper() + heading[1:], _by_code(parts, codes))
 
 
 def _parts(question: Question) -> dict[Where, str]:
@@ -204,7 +204,7 @@ class Scored:
 
     Attributes
     ----------
-    by_whom : :data:`MACHINE`, :data:`PERSON` and :data:`WAITS` → the sums of their parts, as far as there are any
+    by_whom : :data:`MACHINE`, :data:`PERSON` and :data:`UNMARKED` → the sums of their parts, as far as there are any
     all : the sums of all parts
     level : of the decided points; None if nothing is decided
     """
@@ -216,13 +216,13 @@ class Scored:
     @property
     def level_text(self) -> str:
         """The level as "3", as "3 …" if something waits, or as "…"."""
-        return " ".join([*([] if self.level is None else [str(self.level)]), *([WAITS] if self.all.waiting else [])])
+        return " ".join([*([] if self.level is None else [str(self.level)]), *([UNMARKED] if self.all.waiting else [])])
 
     @property
     def points_texts(self) -> list[str]:
         """The points as "2/2 m", "0.5/1 p" and "…/1", as far as there are any."""
-        waiting = [f"{WAITS}/{points(self.by_whom[WAITS].possible)}"] if WAITS in self.by_whom else []
-        marked = ((who, sums) for who, sums in self.by_whom.items() if who != WAITS)
+        waiting = [f"{UNMARKED}/{points(self.by_whom[UNMARKED].possible)}"] if UNMARKED in self.by_whom else []
+        marked = ((who, sums) for who, sums in self.by_whom.items() if who != UNMARKED)
         return [f"{points(sums.earned)}/{points(sums.possible)} {who}" for who, sums in marked] + waiting
 
     @property
@@ -233,9 +233,9 @@ class Scored:
 
 def score(parts: Iterable[Judged], levels: LevelSettings) -> Scored:
     """Sum up the parts in a cell."""
-    groups: dict[str, list[Judged]] = {MACHINE: [], PERSON: [], WAITS: []}
+    groups: dict[str, list[Judged]] = {MACHINE: [], PERSON: [], UNMARKED: []}
     for part in parts:
-        groups[(PERSON if part.by_a_person else MACHINE) if part.decided else WAITS].append(part)
+        groups[(PERSON if part.by_a_person else MACHINE) if part.decided else UNMARKED].append(part)
     by_whom = {who: evidence(those) for who, those in groups.items() if those}
     everything = total_of(by_whom.values())
     return Scored(by_whom, everything, None if everything.share is None else levels.level_of(everything.share))
@@ -253,7 +253,7 @@ class Sheet:
 
     layout: Layout
     standing: Standing
-    rows: list[tuple[Row, dict[str, Scored]]]
+    rows: list[tuple[SheetRow, dict[str, Scored]]]
     totals: dict[str, Scored]
 
     @property
@@ -323,8 +323,8 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     sheets = {
         standing.about.student: [fill(layout, standing, settings.levels) for layout in layouts] for standing in there
     }
-    pages = {out / student / PAGE_FILE: own for student, own in sheets.items()}
-    pages[out / PAGE_FILE] = [sheet for own in sheets.values() for sheet in own]
+    pages = {out / student / SHEETS_PAGE: own for student, own in sheets.items()}
+    pages[out / SHEETS_PAGE] = [sheet for own in sheets.values() for sheet in own]
     try:
         for path, those in pages.items():
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -19,10 +19,10 @@ from labcourse.grading.assignments import Handed, State, Work, exact, of_course
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, CommentRecord, Graded, Publication, StudentRecord
 from labcourse.grading.graded_run import facts_of, is_failed, key_faults
-from labcourse.grading.intake import OWNER, TIME, Doubt
+from labcourse.grading.intake import OWNER, TIME_RECEIVED, Doubt
 from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.marks import Status
-from labcourse.grading.reports.changes import Change
+from labcourse.grading.reports.changes import ChangedMark
 from labcourse.grading.reports.result import nothing_given
 from labcourse.grading.settings import Assignment
 from labcourse.problems import Code, Problem, Where, codes
@@ -119,7 +119,7 @@ class Class:
     answers: Sequence[Answer] = ()
     requests: Sequence[CommentRecord] = ()
     publications: Sequence[Publication] = ()
-    changes: Sequence[Change] = ()
+    changes: Sequence[ChangedMark] = ()
     doubts: Sequence[Doubt] = ()
 
     @cached_property
@@ -216,7 +216,7 @@ def _of_work(grade: AssignmentGrade, work: Work, excuse: str, late_costs: bool) 
 # --- by what a run says -----------------------------------------------------------------------------------------------
 
 
-class Cause(NamedTuple):
+class Mishap(NamedTuple):
     """Something that may cost points through no fault of the student.
 
     Attributes
@@ -244,34 +244,34 @@ _LONGER, _LONGER_CELL = f"{_GRADE} --deadline 1200", f"{_GRADE} --cell-timeout 1
 _LONGER_TOO, _MORE_MEMORY = f"{_GRADE} --cell-timeout 90", f"{_GRADE} --memory 4096"
 #: The first that fits a problem counts.
 CAUSES = (
-    Cause((Code.GRADING_FAILED,), Code.TODO_FAILED, _GRADE, costs_all=True, in_full=True),
-    Cause((Code.UNKNOWN,), Code.TODO_FAILED, _GRADE, in_full=True),
-    Cause((Code.EARLIER_MARKS_STAY,), Code.TODO_FAILED_AGAIN, _GRADE, in_full=True),
-    Cause((Code.RUN_TIMED_OUT,), Code.TODO_RUN_TIMED_OUT, _LONGER, costs_all=True),
-    Cause((Code.PYTHON_DIED,), Code.TODO_OUT_OF_MEMORY, _MORE_MEMORY, costs_all=True),
-    Cause((Code.PRINTED_TOO_MUCH,), Code.TODO_PRINTED_TOO_MUCH, _GRADE, costs_all=True),
-    Cause((Code.RUN_ENDED_EARLY,), Code.TODO_RUN_ENDED_EARLY, _LONGER_TOO, costs_all=True),
-    Cause((Code.ANSWERS_UNREAD, Code.RESULT_UNREAD), Code.TODO_ANSWERS_UNREAD, _GRADE, costs_all=True),
-    Cause((Code.CELL_TIMED_OUT, Code.TOOK_TOO_LONG), Code.TODO_CELL_TIMED_OUT, _LONGER_CELL, (Code.TOOK_TOO_LONG,)),
-    Cause((Code.MODULE_MISSING,), Code.TODO_INSTALL_MODULE, _LONGER_TOO, (Code.MODULE_MISSING,)),
-    Cause((Code.NEWER_PYTHON_NEEDED,), Code.TODO_NEWER_PYTHON, _GRADE, (Code.NEWER_PYTHON_NEEDED,)),
-    Cause(_FILES, Code.TODO_FILE_LEFT_OUT, _GRADE, (Code.FILE_NOT_FOUND,)),
-    Cause((Code.RECORDED_AT_HOME,), Code.TODO_RECORDED_AT_HOME, _MARK, (Code.MISSING_HERE,)),
-    Cause((Code.REPORT_UNREAD, Code.MAY_ASK_FOR_PASSWORD), Code.TODO_READ_REPORT, _GRADE),
-    Cause((Code.OLDER_NOTEBOOK_COUNTS,), Code.TODO_OLDER_FILE_COUNTS, _GRADE, in_full=True),
-    Cause(_UNREAD, Code.TODO_ASK_AGAIN, _GRADE, in_full=True),
-    Cause((Code.OTHER_STUDENT_NAMED, Code.PARTNERS_UNCONFIRMED), Code.TODO_DECIDE_OWNER, _GRADE),
-    Cause((Code.ANSWERS_OF_ANOTHER_BENCH,), Code.TODO_OTHER_BENCH, _GRADE),
-    Cause((Code.RELEASE_UNKNOWN,), Code.TODO_ADD_RELEASE, _GRADE),
-    Cause((Code.DOUBTED_BY_COURSE,), Code.TODO_LOOK_AT_RECORDING, _MARK),
-    Cause((Code.EMPTY_BESIDE_ANSWERED,), Code.TODO_NEWER_FILE_EMPTY, _GRADE),
-    Cause((*_TEXTS, *_PICTURES), Code.TODO_LOOK_AT_TEXT, _MARK),
+    Mishap((Code.GRADING_FAILED,), Code.TODO_FAILED, _GRADE, costs_all=True, in_full=True),
+    Mishap((Code.UNKNOWN,), Code.TODO_FAILED, _GRADE, in_full=True),
+    Mishap((Code.EARLIER_MARKS_STAY,), Code.TODO_FAILED_AGAIN, _GRADE, in_full=True),
+    Mishap((Code.RUN_TIMED_OUT,), Code.TODO_RUN_TIMED_OUT, _LONGER, costs_all=True),
+    Mishap((Code.PYTHON_DIED,), Code.TODO_OUT_OF_MEMORY, _MORE_MEMORY, costs_all=True),
+    Mishap((Code.PRINTED_TOO_MUCH,), Code.TODO_PRINTED_TOO_MUCH, _GRADE, costs_all=True),
+    Mishap((Code.RUN_ENDED_EARLY,), Code.TODO_RUN_ENDED_EARLY, _LONGER_TOO, costs_all=True),
+    Mishap((Code.ANSWERS_UNREAD, Code.RESULT_UNREAD), Code.TODO_ANSWERS_UNREAD, _GRADE, costs_all=True),
+    Mishap((Code.CELL_TIMED_OUT, Code.TOOK_TOO_LONG), Code.TODO_CELL_TIMED_OUT, _LONGER_CELL, (Code.TOOK_TOO_LONG,)),
+    Mishap((Code.MODULE_MISSING,), Code.TODO_INSTALL_MODULE, _LONGER_TOO, (Code.MODULE_MISSING,)),
+    Mishap((Code.NEWER_PYTHON_NEEDED,), Code.TODO_NEWER_PYTHON, _GRADE, (Code.NEWER_PYTHON_NEEDED,)),
+    Mishap(_FILES, Code.TODO_FILE_LEFT_OUT, _GRADE, (Code.FILE_NOT_FOUND,)),
+    Mishap((Code.RECORDED_AT_HOME,), Code.TODO_RECORDED_AT_HOME, _MARK, (Code.MISSING_HERE,)),
+    Mishap((Code.REPORT_UNREAD, Code.MAY_ASK_FOR_PASSWORD), Code.TODO_READ_REPORT, _GRADE),
+    Mishap((Code.OLDER_NOTEBOOK_COUNTS,), Code.TODO_OLDER_FILE_COUNTS, _GRADE, in_full=True),
+    Mishap(_UNREAD, Code.TODO_ASK_AGAIN, _GRADE, in_full=True),
+    Mishap((Code.OTHER_STUDENT_NAMED, Code.PARTNERS_UNCONFIRMED), Code.TODO_DECIDE_OWNER, _GRADE),
+    Mishap((Code.ANSWERS_OF_ANOTHER_BENCH,), Code.TODO_OTHER_BENCH, _GRADE),
+    Mishap((Code.RELEASE_UNKNOWN,), Code.TODO_ADD_RELEASE, _GRADE),
+    Mishap((Code.DOUBTED_BY_COURSE,), Code.TODO_LOOK_AT_RECORDING, _MARK),
+    Mishap((Code.EMPTY_BESIDE_ANSWERED,), Code.TODO_NEWER_FILE_EMPTY, _GRADE),
+    Mishap((*_TEXTS, *_PICTURES), Code.TODO_LOOK_AT_TEXT, _MARK),
 )
 
 
-def causes(student: Student) -> dict[tuple[Cause, Problem], list[Problem]]:
+def causes(student: Student) -> dict[tuple[Mishap, Problem], list[Problem]]:
     """Return the causes that the problems of a student's run name, each with what to do → the problems."""
-    found: dict[tuple[Cause, Problem], list[Problem]] = {}
+    found: dict[tuple[Mishap, Problem], list[Problem]] = {}
     if student.graded is not None:
         run = student.graded.run
         for problem in dict.fromkeys((*facts_of(run).ended, *run.problems, *run.notes)):
@@ -283,7 +283,7 @@ def causes(student: Student) -> dict[tuple[Cause, Problem], list[Problem]]:
     return found
 
 
-def cost(of: Class, student: Student, cause: Cause, problems: Sequence[Problem]) -> Fraction | None:
+def cost(of: Class, student: Student, cause: Mishap, problems: Sequence[Problem]) -> Fraction | None:
     """Return the points that a cause cost a student, by their marks, or by the files it names; None if unknown."""
     if not (cause.cost or cause.costs_all):
         about = [one for one in problems if "part" in one.parameters]
@@ -400,7 +400,7 @@ def _publish(one: Assignment | None) -> str:
     return f"publish MARKS{only} --by NAME"
 
 
-def _out_of(change: Change) -> Fraction:
+def _out_of(change: ChangedMark) -> Fraction:
     return exact(getattr(change.after or change.before, "out_of", 0))
 
 
@@ -414,7 +414,7 @@ def _names_nobody(of: Class) -> Iterator[Finding]:
     for where, names in (("deadlines", deadlines), ("extensions", extensions)):
         if names:
             yield Finding(Problem.of(Code.TODO_CORRECT_SETTINGS, where, names=names), "report MARKS")
-    doubts = [doubt for doubt in of.doubts if doubt.about != TIME]
+    doubts = [doubt for doubt in of.doubts if doubt.about != TIME_RECEIVED]
     unknown = [doubt.submission for doubt in doubts if doubt.about == OWNER and not doubt.assumed]
     if unknown:
         yield Finding(Problem.of(Code.TODO_FIND_OWNERS, names=unknown), _GRADE)

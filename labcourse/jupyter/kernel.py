@@ -18,7 +18,7 @@ from labcourse.files import COURSE_FILE
 WHAT_TO_DO = "Python was restarted, so this name is gone: choose Run → Run All Above Selected Cell, then run this cell."
 
 
-class Kernel(IPKernelApp):
+class NotebookKernel(IPKernelApp):
     """A kernel that imports from the folder of the notebooks when its cells do."""
 
     def init_path(self) -> None:
@@ -43,4 +43,4 @@ def _explain(
 
 if __name__ == "__main__":
     os.environ.pop("PYTHONSAFEPATH", None)  # a student's own programs, which cells may start, run as ever
-    Kernel.launch_instance()
+    NotebookKernel.launch_instance()

@@ -68,7 +68,7 @@ class Text:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class Exhibit:
     """A figure or a results table that was recorded.
 
     Attributes
@@ -100,7 +100,7 @@ class Contents:
     """
 
     cover: Mapping[str, str]
-    pieces: tuple[Heading | Text | Recorded, ...]
+    pieces: tuple[Heading | Text | Exhibit, ...]
     keyword: str
     problems: tuple[str, ...] = ()
 
@@ -152,14 +152,14 @@ class _Reading:
         cover |= {"authors": "", "student": self._lab.student, "date": f"{now:%Y-%m-%d}"}
         cover |= {name.casefold(): " ".join(self._entries[name].split()) for name in _COVER if name in self._entries}
         pieces = (*self._sections(), *self._sources())
-        labels = {*_COVER, *(piece.label for piece in pieces if isinstance(piece, Recorded))}
+        labels = {*_COVER, *(piece.label for piece in pieces if isinstance(piece, Exhibit))}
         unknown = [name for name in self._entries if name not in labels and not _SOURCE.fullmatch(name)]
         if unknown:
             known = ", ".join([*sorted(labels), "[1]"])
             self._problems.append(f"Nothing in the report is called {', '.join(unknown)}. There are {known}.")
         return Contents(cover, pieces, self._keyword, tuple(self._problems))
 
-    def _sections(self) -> Iterator[Heading | Text | Recorded]:
+    def _sections(self) -> Iterator[Heading | Text | Exhibit]:
         items = [item for item in self._catalogue.items(self._report) if not item.judged]
         for number, group in groupby(items, lambda item: item.number.partition(".")[0]):
             rows = list(group)
@@ -176,7 +176,7 @@ class _Reading:
                 yield Heading(2, f"{row.number} {text}")
                 yield from list(self._section(row)) or [Text("*Nothing is written or recorded yet.*")]
 
-    def _section(self, item: ReportItem) -> Iterator[Text | Recorded]:
+    def _section(self, item: ReportItem) -> Iterator[Text | Exhibit]:
         if item.part:
             if answer := self._written.words.get((self._report, item.part)):
                 yield Text(answer.text, answer.pictures)
@@ -190,7 +190,7 @@ class _Reading:
                     piece for part in ([name] if name else question.names) for piece in self._part(question, part)
                 )
 
-    def _part(self, question: Question, name: str) -> Iterator[Text | Recorded]:
+    def _part(self, question: Question, name: str) -> Iterator[Text | Exhibit]:
         part, content = question.part(name), self._lab.content(question.number, name)
         if part.kind == FIGURE:
             several = sum(other.kind == FIGURE for other in question.parts) > 1
@@ -201,27 +201,27 @@ class _Reading:
         else:
             yield Text(f"*{name} is not recorded yet.*")
 
-    def _table(self, question: Question) -> Recorded:
+    def _table(self, question: Question) -> Exhibit:
         contents = {part: self._lab.content(question.number, part) for part in question.names}
         lines = [values.HEADINGS, ("---",) * len(values.HEADINGS), *values.rows(question, contents)]
         caption = self._entries.get(question.number) or question.title
-        return Recorded(question.number, caption, table="\n".join(f"| {' | '.join(line)} |" for line in lines))
+        return Exhibit(question.number, caption, table="\n".join(f"| {' | '.join(line)} |" for line in lines))
 
-    def _figure(self, question: Question, name: str, label: str, content: Any) -> Recorded:
+    def _figure(self, question: Question, name: str, label: str, content: Any) -> Exhibit:
         caption = self._entries.get(label) or question.part(name).prompt or question.title
         try:
             axes = forms.decode(question.part(name), content)["axes"] if content else []
         except AnswerError:
             axes = []
         if not axes:
-            return Recorded(label, caption, alt="This figure is not recorded yet.")
+            return Exhibit(label, caption, alt="This figure is not recorded yet.")
         svg, is_own = recorded_figures.drawing(self._folder, question.number, name, content, axes)
         if not is_own:
             self._problems.append(
                 f"{label} is drawn from the points that your answer keeps of each curve, which are few. To have it as "
                 "you drew it, run the cell that records it again."
             )
-        return Recorded(label, caption, svg=svg, alt=" ".join(map(_described, axes)))
+        return Exhibit(label, caption, svg=svg, alt=" ".join(map(_described, axes)))
 
     def _sources(self) -> Iterator[Heading | Text]:
         sources = [(match[1], text) for name, text in self._entries.items() if (match := _SOURCE.fullmatch(name))]

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from labcourse.report import pandoc
-from labcourse.report.contents import Contents, Heading, Recorded, Text
+from labcourse.report.contents import Contents, Exhibit, Heading, Text
 from labcourse.report.pandoc import Node
 
 _NO_ATTRIBUTES: list[Any] = ["", [], []]
@@ -79,14 +79,14 @@ class Markup:
         #: (kind, number or key), as in ("figure", "1.2") → name, and what to show
         self._targets: dict[tuple[str, str], tuple[str, str]] = {}
         texts = [piece for piece in contents.pieces if isinstance(piece, Text)]
-        recorded = [piece for piece in contents.pieces if isinstance(piece, Recorded)]
+        recorded = [piece for piece in contents.pieces if isinstance(piece, Exhibit)]
         sources = {text.markdown for text in texts} | {text for one in recorded for text in (one.caption, one.table)}
         ordered = sorted(sources)
         self._read = dict(zip(ordered, pandoc.read(ordered), strict=True))
         self.blocks = [block for number, piece in enumerate(contents.pieces) for block in self._piece(piece, number)]
         self._link(self.blocks)
 
-    def _piece(self, piece: Heading | Text | Recorded, number: int) -> list[Node]:
+    def _piece(self, piece: Heading | Text | Exhibit, number: int) -> list[Node]:
         if isinstance(piece, Heading):
             return [{"t": "Header", "c": [piece.level, [f"section-{number}", [], []], _words(piece.text)]}]
         self._attached = piece.pictures if isinstance(piece, Text) else {}

@@ -18,7 +18,7 @@ import labcourse
 from labcourse import course_file, courses, files
 from labcourse.answers import answers, notebooks, report_files, schema, words
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.cell_reports import REPORTS_FILE, Reports
+from labcourse.answers.cell_reports import REPORTS_FILE, CellReports
 from labcourse.answers.report_files import ReportFile
 from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
@@ -28,13 +28,13 @@ from labcourse.run import execute, merge, portability, reasons, student_folder
 from labcourse.run.alignment import Change, Happened, Role, asked, source_of
 from labcourse.run.merge import Merged
 from labcourse.run.reasons import Reasons
-from labcourse.run.student_folder import Work
+from labcourse.run.student_folder import StudentFolder
 from labcourse.student_id import caseless
 
 CLOSE = 1e-4  #: relative: answers are stored to six digits, and another library may differ in the last of them
 
 
-class State(StrEnum):
+class CheckState(StrEnum):
     """What became of a part of a question."""
 
     RECORDED = "recorded"
@@ -45,17 +45,17 @@ class State(StrEnum):
     EMPTY = "empty"
 
 
-GOOD = (State.RECORDED, State.WRITTEN, State.IN_PDF)
+GOOD = (CheckState.RECORDED, CheckState.WRITTEN, CheckState.IN_PDF)
 
 
 @dataclass(frozen=True)
-class Part:
+class CheckedPart:
     """A part of a question, and what became of it."""
 
     notebook: str
     question: str
     name: str
-    state: State
+    state: CheckState
     why: Problem | None = None
 
 
@@ -76,7 +76,7 @@ class Checked:
 
     student: str
     folder: Path
-    parts: tuple[Part, ...]
+    parts: tuple[CheckedPart, ...]
     problems: tuple[Problem, ...] = ()
     stops: tuple[Problem, ...] = ()
     unlike: tuple[Problem, ...] = ()
@@ -106,7 +106,7 @@ class Checked:
         causes = {_cell_of(part.why) for part in self.parts if part.why}
         return (*self.problems, *(stop for stop in self.stops if _cell_of(stop) not in causes), *self.unlike)
 
-    def _states(self, question: str) -> set[State]:
+    def _states(self, question: str) -> set[CheckState]:
         return {part.state for part in self.parts if part.question == question}
 
 
@@ -156,15 +156,15 @@ def check(
         for name, master in masters.items()
     }
     pdfs = report_files.of_files(work.hand_in.reports, catalogue)
-    texts = {where: State.WRITTEN for of_notebook in written.values() for where in of_notebook.words}
-    in_pdf = {number: State.IN_PDF for number, pdf in pdfs.items() if pdf.own}
-    parts: dict[Where, Part] = {}
+    texts = {where: CheckState.WRITTEN for of_notebook in written.values() for where in of_notebook.words}
+    in_pdf = {number: CheckState.IN_PDF for number, pdf in pdfs.items() if pdf.own}
+    parts: dict[Where, CheckedPart] = {}
     for name, entry, asked_for in asked(masters, catalogue):
         for where in asked_for:
-            in_words = texts.get(where) or in_pdf.get(entry.question) or State.EMPTY
+            in_words = texts.get(where) or in_pdf.get(entry.question) or CheckState.EMPTY
             state = in_words if entry.in_words else _state(where, run, home, why)
             cause = why.roots.get(where) or why.missing.get(where)
-            parts.setdefault(where, Part(name, *where, state, cause if state is State.MISSING else None))
+            parts.setdefault(where, CheckedPart(name, *where, state, cause if state is CheckState.MISSING else None))
     return Checked(
         student,
         folder,
@@ -193,13 +193,13 @@ def check(
 
 
 def _run(
-    work: Work,
+    work: StudentFolder,
     merged: Merged,
     student: str,
     masters: Mapping[str, dict[str, Any]],
     cell_timeout: float,
     report: Callable[[str], None],
-) -> tuple[bytes | None, Reports]:
+) -> tuple[bytes | None, CellReports]:
     """Run in a copy of the folder; return what was recorded, and what became of cells."""
     with tempfile.TemporaryDirectory(prefix="labcourse-check-", ignore_cleanup_errors=True) as scratch:
         place = Path(scratch)
@@ -207,7 +207,7 @@ def _run(
             (place / name).parent.mkdir(parents=True, exist_ok=True)
             (place / name).write_bytes(content)
         if work.hand_in.course:
-            about = {**work.hand_in.course, course_file.STUDENT: student}
+            about = {**work.hand_in.course, course_file.STUDENT_KEY: student}
             (place / COURSE_FILE).write_text(course_file.text(about), encoding="utf-8")
         options: dict[str, Any] = {"parameters": {"student": student}, "imports": notebooks.imports_of(masters)}
         execute.run(merged.notebooks, place, cell_timeout=cell_timeout, report=report, **options)
@@ -224,7 +224,7 @@ def _parsed(data: bytes | None) -> tuple[Mapping[str, Any], str]:
         return {}, str(error)
 
 
-def _at_home(work: Work, student: str) -> tuple[Mapping[str, Any], Problem | None]:
+def _at_home(work: StudentFolder, student: str) -> tuple[Mapping[str, Any], Problem | None]:
     """Return what the student recorded at home, and a note if there is nothing to compare with."""
     home, problem = _parsed(work.hand_in.claim)
     if problem:
@@ -236,14 +236,16 @@ def _at_home(work: Work, student: str) -> tuple[Mapping[str, Any], Problem | Non
     return home, None
 
 
-def _state(where: Where, run: Mapping[str, Any], home: Mapping[str, Any], why: Reasons) -> State:
+def _state(where: Where, run: Mapping[str, Any], home: Mapping[str, Any], why: Reasons) -> CheckState:
     """Compare what the run recorded of a part with what the student recorded."""
     now, before = (content.get("answers", {}).get(where[0], {}).get(where[1]) for content in (run, home))
     if now is None:  # of what nobody has begun it is not reported that it builds on others
         is_begun = where in why.begun or before is not None
-        return State.MISSING if where in why.missing and is_begun else State.EMPTY
+        return CheckState.MISSING if where in why.missing and is_begun else CheckState.EMPTY
     is_same_trial = now.get("kind") != "function" or run["probe_seed"] == home.get("probe_seed")
-    return State.DIFFERENT if before is not None and is_same_trial and not alike(now, before) else State.RECORDED
+    return (
+        CheckState.DIFFERENT if before is not None and is_same_trial and not alike(now, before) else CheckState.RECORDED
+    )
 
 
 def alike(one: Any, other: Any, scale: float = 0.0) -> bool:
@@ -270,14 +272,14 @@ def _is_number(value: Any) -> bool:
 # --- what else is worth knowing ---------------------------------------------------------------------------------------
 
 
-def _unlike(parts: Mapping[Where, Part], home: Mapping[str, Any], why: Reasons) -> Iterator[Problem]:
+def _unlike(parts: Mapping[Where, CheckedPart], home: Mapping[str, Any], why: Reasons) -> Iterator[Problem]:
     """Yield what to do about answers of a cell that the saved notebooks do not give, though nothing stopped."""
     cells = home.get("cells", {})
     unlike = {
         f"{part.question} in {part.notebook}": None
         for where, part in parts.items()
-        if part.state is State.DIFFERENT
-        or (part.state is State.MISSING and cells.get(part.question, {}).get(part.name) and where not in why.roots)
+        if part.state is CheckState.DIFFERENT
+        or (part.state is CheckState.MISSING and cells.get(part.question, {}).get(part.name) and where not in why.roots)
     }
     if unlike:
         yield Problem.of(Code.ANSWERS_UNLIKE, answers=[*unlike])
@@ -290,15 +292,15 @@ def _of_changes(name: str, changes: Iterable[Change]) -> Problem:
     return Problem.of(Code.CELLS_CHANGED, name, cells=happened, number=name.partition("_")[0])
 
 
-def _other_release(work: Work) -> Problem | None:
+def _other_release(work: StudentFolder) -> Problem | None:
     """Return that work was begun under another release than the one that is installed."""
-    begun, here = work.hand_in.course.get(course_file.RELEASE), notebooks.release()
+    begun, here = work.hand_in.course.get(course_file.RELEASE_KEY), notebooks.release()
     if not here or not isinstance(begun, str) or begun == here:
         return None
     return Problem.of(Code.OTHER_RELEASE_BEGUN, begun=begun[:80], here=here)
 
 
-def _newer_python(work: Work) -> Problem | None:
+def _newer_python(work: StudentFolder) -> Problem | None:
     """Return that an older Python grades than the one that runs here."""
     grader = portability.version(work.hand_in.course.get(course_file.PYTHON))
     if grader is None or grader >= portability.HERE:
@@ -307,7 +309,7 @@ def _newer_python(work: Work) -> Problem | None:
     return Problem.of(Code.OLDER_PYTHON_GRADES, here=here, there=there)
 
 
-def _foreign(work: Work, merged: Merged) -> Iterator[Problem]:
+def _foreign(work: StudentFolder, merged: Merged) -> Iterator[Problem]:
     """Yield a note on each module and each file that is here and may be missing elsewhere."""
     sources = [*_own_code(work, merged)]
     own = {name.partition("/")[0].partition(".")[0] for name in work.hand_in.files}
@@ -320,7 +322,7 @@ def _foreign(work: Work, merged: Merged) -> Iterator[Problem]:
         yield Problem.of(Code.FILE_NOT_HANDED_IN, place, file=name)
 
 
-def _own_code(work: Work, merged: Merged) -> Iterator[tuple[str, str]]:
+def _own_code(work: StudentFolder, merged: Merged) -> Iterator[tuple[str, str]]:
     """Yield the student's own code, cells and modules: file name and source."""
     for name, notebook in merged.notebooks.items():
         yield from ((name, source_of(cell)) for cell in notebook["cells"] if merge.role_of(cell) is not Role.LOCKED)
@@ -329,7 +331,7 @@ def _own_code(work: Work, merged: Merged) -> Iterator[tuple[str, str]]:
             yield name, content.decode(errors="replace")
 
 
-def _of_reports(work: Work, pdfs: Iterable[ReportFile], catalogue: Catalogue) -> Iterator[Problem]:
+def _of_reports(work: StudentFolder, pdfs: Iterable[ReportFile], catalogue: Catalogue) -> Iterator[Problem]:
     """Yield notes on the reports that are handed in as PDF."""
     for pdf in pdfs:
         yield pdf.note

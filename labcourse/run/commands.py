@@ -24,7 +24,7 @@ from labcourse.sentences import sentence, sentences
 
 if TYPE_CHECKING:  # modules load when a command needs them
     from labcourse.problems import Problem
-    from labcourse.run.check import Checked, Part, State
+    from labcourse.run.check import Checked, CheckedPart, CheckState
 
 _MOST_NOTES, _MOST_LINES = 5, 18  # lines of a block of a check's result
 FINE, LOOK, STOPPED = 0, 1, 130  #: exit codes, besides 2 for what cannot be done
@@ -54,7 +54,7 @@ def use_course_of(folder: Path) -> None:
     """
     fitting, requested = course_file.courses_of(folder), courses.name_of(courses.requested)
     possible = [requested] if requested else list(courses.installed())
-    if fitting and not {*fitting} & {*possible, os.environ.get(courses.SETTING)}:
+    if fitting and not {*fitting} & {*possible, os.environ.get(courses.COURSE_VARIABLE)}:
         raise ConfigurationError(
             f"{folder.resolve()} is a folder of the course {' or '.join(fitting)}, and this command is for "
             f"{' or '.join(possible)}. Name another folder, or install that course if it is missing here."
@@ -62,7 +62,7 @@ def use_course_of(folder: Path) -> None:
     if fitting:
         courses.use(requested or (fitting[0] if len(fitting) == 1 else _ask_for_course(folder, fitting)))
     if len(fitting) > 1 and (about := course_file.read(folder)) is not None:
-        named = {**about, course_file.COURSE: courses.name_of(courses.current().package)}
+        named = {**about, course_file.COURSE_KEY: courses.name_of(courses.current().package)}
         files.write(folder / files.COURSE_FILE, course_file.text(named))
 
 
@@ -234,11 +234,11 @@ def lines(checked: Checked, notebook: str = "", everything: bool = False) -> Ite
 
 
 def _by_notebook(checked: Checked, asks: str) -> Iterator[str]:
-    from labcourse.run.check import GOOD, State
+    from labcourse.run.check import GOOD, CheckState
 
     notebooks = {name: list(parts) for name, parts in itertools.groupby(checked.parts, lambda part: part.notebook)}
     done = [name for name, parts in notebooks.items() if all(part.state in GOOD for part in parts)]
-    empty = [name for name, parts in notebooks.items() if all(part.state is State.EMPTY for part in parts)]
+    empty = [name for name, parts in notebooks.items() if all(part.state is CheckState.EMPTY for part in parts)]
     begun = [name for name in notebooks if name not in (*done, *empty)]
     if done:
         yield f"all there: {_stems(done)}"
@@ -251,14 +251,14 @@ def _by_notebook(checked: Checked, asks: str) -> Iterator[str]:
         yield f"nothing yet: {_stems(empty)}"
 
 
-def _missing(checked: Checked, name: str, parts: Sequence[Part]) -> Iterator[str]:
+def _missing(checked: Checked, name: str, parts: Sequence[CheckedPart]) -> Iterator[str]:
     """Yield what is recorded of a notebook that is begun, and what is missing, each part once."""
-    from labcourse.run.check import GOOD, State
+    from labcourse.run.check import GOOD, CheckState
 
     there = [number for number in dict.fromkeys(part.question for part in parts) if checked.questions[number]]
     yield f"{_stems([name])}: all there of {', '.join(there) or 'no question'}"
-    texts = {State.DIFFERENT: "recorded, but different from your page", State.MISSING: "not recorded. "}
-    causes: dict[tuple[State, Problem | None], dict[str, list[str]]] = {}
+    texts = {CheckState.DIFFERENT: "recorded, but different from your page", CheckState.MISSING: "not recorded. "}
+    causes: dict[tuple[CheckState, Problem | None], dict[str, list[str]]] = {}
     for part in parts:
         if part.state not in GOOD:
             causes.setdefault((part.state, part.why), {}).setdefault(part.question, []).append(part.name)

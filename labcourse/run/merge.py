@@ -11,7 +11,7 @@ from labcourse.answers.notebooks import CODE, Cell
 from labcourse.run import CELL_ID, alignment, skippable_cells
 from labcourse.run.alignment import Change, Placed, Role, source_of
 
-Notebook = dict[str, Any]
+NotebookJson = dict[str, Any]
 ROLE = "role"  #: key of the role of a cell that is run, in its metadata's ``labcourse``
 
 
@@ -26,13 +26,13 @@ class Merged:
     skipped : file name → ids of cells that are left out, as they only show something
     """
 
-    notebooks: dict[str, Notebook]
+    notebooks: dict[str, NotebookJson]
     changes: dict[str, tuple[Change, ...]]
     skipped: dict[str, frozenset[str]]
 
 
 def merged(
-    pristine: Mapping[str, Notebook],
+    pristine: Mapping[str, NotebookJson],
     handed_in: Mapping[str, Sequence[Cell]],
     every_cell: bool = False,
     supplied: Mapping[str, Mapping[str, str]] | None = None,

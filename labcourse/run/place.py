@@ -28,7 +28,7 @@ _Beside = tuple[str, str] | None  # file name and title of a notebook
 
 
 @dataclass(frozen=True)
-class Place:
+class NotebookPlace:
     """A notebook's place in its course. All is empty if the notebook is not known, or is none of the course's.
 
     Attributes
@@ -48,7 +48,7 @@ class Place:
     builds: Mapping[str, str] = field(default_factory=dict)
 
 
-def here(folder: Path, catalogue: Catalogue) -> Place:
+def here(folder: Path, catalogue: Catalogue) -> NotebookPlace:
     """Return the place of the notebook that this kernel runs.
 
     Parameters
@@ -59,10 +59,10 @@ def here(folder: Path, catalogue: Catalogue) -> Place:
     try:
         paths = sorted(courses.current().notebooks.glob("*.ipynb"))
     except ConfigurationError:
-        return Place()
+        return NotebookPlace()
     at = next((at for at, path in enumerate(paths) if path.name == PurePath(os.environ.get(SESSION, "")).name), None)
     if at is None:
-        return Place()
+        return NotebookPlace()
     own, beside = paths[at], (paths[n] if 0 <= n < len(paths) else None for n in (at - 1, at + 1))
     before, after = ((path.name, _title(path)) if path and (folder / path.name).exists() else None for path in beside)
     builds: dict[str, str] = {}
@@ -73,7 +73,7 @@ def here(folder: Path, catalogue: Catalogue) -> Place:
             if entry.question in catalogue.everything:
                 builds |= dict.fromkeys(waiting, entry.question)
             waiting = []
-    return Place(own.name, f"{at + 1} of {len(paths)} · {_title(own)}", before, after, _recording(own), builds)
+    return NotebookPlace(own.name, f"{at + 1} of {len(paths)} · {_title(own)}", before, after, _recording(own), builds)
 
 
 def _cells(path: Path) -> list[dict[str, Any]]:

@@ -40,7 +40,7 @@ from itertools import islice
 from typing import Any
 
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.cell_reports import LEFT, CellReport, Reports
+from labcourse.answers.cell_reports import LEFT, CellReport, CellReports
 from labcourse.patterns import pattern
 from labcourse.problems import Code, Problem, Where
 from labcourse.run import skippable_cells
@@ -56,7 +56,7 @@ _BINDS_UNSEEN = ("import *", "%")  # in a cell's source: it may bind names that 
 _MOST = 20  # cells, and parameters, that are mentioned though they cost nothing
 
 #: What a student's own ``answers.json`` says was recorded: question → part → id of the cell; "" if no cell did it.
-Claim = Mapping[str, Mapping[str, str]]
+ClaimedCells = Mapping[str, Mapping[str, str]]
 
 
 @dataclass(frozen=True)
@@ -86,12 +86,12 @@ class Reasons:
 def explain(
     pristine: Mapping[str, dict[str, Any]],
     merged: Merged,
-    reports: Reports,
+    reports: CellReports,
     recorded: Collection[Where],
     catalogue: Catalogue,
     *,
     handed_in: Collection[str],
-    claim: Claim | None = None,
+    claim: ClaimedCells | None = None,
     seconds: float | None = None,
     at_home: bool = False,
     python: Version | None = None,
@@ -151,12 +151,14 @@ def explain(
     )
 
 
-def _lost(run: Causes, claim: Claim, causes: Mapping[Where, Cause], handed_in: Collection[str]) -> dict[Where, Problem]:
+def _lost(
+    run: Causes, claim: ClaimedCells, causes: Mapping[Where, Cause], handed_in: Collection[str]
+) -> dict[Where, Problem]:
     """Return what is claimed, and missing though nothing stopped: (question, part) → why."""
     lost = {}
     for where, cause in causes.items():
         cell = claim.get(where[0], {}).get(where[1])
-        if cell is None or isinstance(cause, RunCell | Refused):
+        if cell is None or isinstance(cause, RunCell | RefusedAnswer):
             continue
         notebook = run.recorder[where][0]
         if notebook not in handed_in:
@@ -184,9 +186,9 @@ class _Maker:
     def of_missing(self, where: Where, cause: Cause) -> Problem | None:
         """Return why one answer is missing, for the student."""
         match cause:
-            case Refused() if cause.where == where:
+            case RefusedAnswer() if cause.where == where:
                 return Problem.of(Code.REFUSED, why=cause.why)
-            case Refused():
+            case RefusedAnswer():
                 return Problem.of(Code.BUILDS_ON_REFUSED, on=cause.where[0], why=cause.why)
             case Unanswered():
                 return Problem.of(Code.BUILDS_ON_UNANSWERED, on=cause.question)
@@ -210,7 +212,7 @@ class _Maker:
         match cause:
             case Unanswered():
                 return self.of_cell(Code.STOPPED_ON_UNANSWERED, cell, on=cause.question)
-            case Refused():
+            case RefusedAnswer():
                 return self.of_cell(Code.STOPPED_ON_REFUSED, cell, on=cause.where[0], refusal=cause.why)
         return self.of_cell(Code.STOPPED_WITHOUT_COST, cell)
 
@@ -297,14 +299,14 @@ class Unanswered:
 
 
 @dataclass(frozen=True)
-class Refused:
+class RefusedAnswer:
     """An answer that was given and not recorded."""
 
     where: Where
     why: str
 
 
-Cause = RunCell | Unanswered | Refused | None
+Cause = RunCell | Unanswered | RefusedAnswer | None
 
 
 class Causes:
@@ -326,7 +328,7 @@ class Causes:
         self,
         pristine: Mapping[str, dict[str, Any]],
         merged: Merged,
-        reports: Reports,
+        reports: CellReports,
         recorded: set[Where],
         catalogue: Catalogue,
     ) -> None:
@@ -398,7 +400,7 @@ class Causes:
             lacked = self._lacked(cell, where)
             if lacked is not None or cell.stopped:
                 return lacked or self.root(cell)
-        return Refused(where, self._refusals[where]) if where in self._refusals else None
+        return RefusedAnswer(where, self._refusals[where]) if where in self._refusals else None
 
     def _matters(self, cell: RunCell, own: Sequence[RunCell]) -> bool:
         """Return whether a stop beside an answer may have cost it: not if the student's own cell has no part in it."""

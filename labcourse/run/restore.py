@@ -73,15 +73,15 @@ def restore(folder: Path, masters: Mapping[str, Mapping[str, Any]], names: Seque
         At the end, if notebooks could not be read or written. They are as they were, and the others are restored.
     """
     installed = course_file.about(courses.current().notebooks)
-    begun, release = installed, installed.get(course_file.RELEASE)
+    begun, release = installed, installed.get(course_file.RELEASE_KEY)
     try:
         begun = course_file.read(folder) or {}
     except ConfigurationError as error:  # it may name a student, and only a person can mend it
         yield str(error)
-    is_other = bool(release) and begun.get(course_file.RELEASE) != release
+    is_other = bool(release) and begun.get(course_file.RELEASE_KEY) != release
     there = [name for name in masters if is_other and os.path.lexists(folder / name)]
     # Nobody knows of which release a folder is that does not say it. Most likely it is of this one.
-    other = str(release) if is_other and begun.get(course_file.RELEASE) else ""
+    other = str(release) if is_other and begun.get(course_file.RELEASE_KEY) else ""
     is_changed, failed = False, []
     for name in masters:
         if name in (*there, *names):
@@ -102,7 +102,7 @@ def restore(folder: Path, masters: Mapping[str, Mapping[str, Any]], names: Seque
     if is_other:
         if there and not _is_same_bench(begun, installed):
             yield "The course gives you another bench now: run your notebooks again, to measure on that one."
-        student = {course_file.STUDENT: begun.get(course_file.STUDENT, "")}
+        student = {course_file.STUDENT_KEY: begun.get(course_file.STUDENT_KEY, "")}
         files.write(folder / COURSE_FILE, course_file.text({**begun, **installed, **student}))
 
 

@@ -19,7 +19,7 @@ from labcourse.problems import Code, Problem
 
 
 @dataclass(frozen=True)
-class Work:
+class StudentFolder:
     """A student's work.
 
     Attributes
@@ -38,7 +38,7 @@ class Work:
 
 def read(
     folder: Path, notebooks: Sequence[str], modules: Sequence[str] = (), catalogue: Catalogue | None = None
-) -> Work:
+) -> StudentFolder:
     """Read what is in a student's folder.
 
     Parameters
@@ -77,7 +77,7 @@ def read(
         course = course_file.parse(about) if about is not None else {}
     except ConfigurationError as error:
         problems.append(Problem.of(Code.COURSE_FILE_UNREAD, COURSE_FILE, error=str(error)))
-    return Work(folder, HandIn(cells, own, claim, course, reports), tuple(problems), tuple(notes))
+    return StudentFolder(folder, HandIn(cells, own, claim, course, reports), tuple(problems), tuple(notes))
 
 
 def _read_file(path: Path, problems: list[Problem]) -> bytes | None:
@@ -104,7 +104,7 @@ def _not_there(folder: Path, absent: Sequence[str]) -> Iterator[Problem]:
         yield Problem.of(Code.NOT_THERE, files=others)
 
 
-def student_of(work: Work, given: str = "") -> str:
+def student_of(work: StudentFolder, given: str = "") -> str:
     """Return the ID of the student: as given, else as in ``course.json``, ``answers.json``, or on the hub; else "demo".
 
     Raises

@@ -120,7 +120,7 @@ def submit(
     return Submitted(target, receipt, lines, tuple(line for line in lines if line not in known), receipts)
 
 
-def owner(work: student_folder.Work, student: str = "") -> str:
+def owner(work: student_folder.StudentFolder, student: str = "") -> str:
     """Return the ID by which work is handed in: as given, else as the folder says.
 
     Raises
@@ -152,7 +152,9 @@ def _partners(given: Any, student: str) -> list[str]:
     return list(partners.values())
 
 
-def _content(work: student_folder.Work, student: str, partners: list[str]) -> tuple[dict[str, bytes], dict[str, Any]]:
+def _content(
+    work: student_folder.StudentFolder, student: str, partners: list[str]
+) -> tuple[dict[str, bytes], dict[str, Any]]:
     """Return the files that are handed in, and what their receipt says."""
     waits = (Problem.of(Code.PARTNER_TO_CONFIRM, partner=partner, student=student) for partner in partners)
     notes = [*work.problems, *work.notes, *waits]

@@ -20,7 +20,7 @@ from typing import Any
 
 from labcourse import course_file, courses, job, program
 from labcourse.answers import cell_reports
-from labcourse.answers.reflection import Check
+from labcourse.answers.reflection import Comparison
 from labcourse.benches import OWN, PRESET, REAL, SAME
 from labcourse.course_file import bench_policy
 from labcourse.run import RUNNING
@@ -171,7 +171,7 @@ class Lab(Session):
         drawn = student_bench(self.seed, draw=self.policy.draw)
         return {"J_l": self.joint.J_l, "K_s": drawn.parameters.K_s}[part]
 
-    def checks(self) -> Iterable[Check]:
+    def checks(self) -> Iterable[Comparison]:
         """What :meth:`reflect` holds against each other, see :mod:`rotflex.course.reflection`."""
         from rotflex.course import reflection
 

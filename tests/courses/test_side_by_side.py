@@ -47,13 +47,17 @@ def site(spring, tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def settings(tmp_path, monkeypatch):
-    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setenv(lab_command.SETTINGS_VARIABLE, str(tmp_path / "settings"))
 
 
 def labcourse(site, place, *words, program="labcourse.command_line"):
     """What the command prints, typed where both are installed; and its exit code."""
     given = {name: value for name, value in os.environ.items() if not name.startswith("LABCOURSE_")}
-    given |= {"PYTHONPATH": str(site), "LABCOURSE_CONFIG_DIR": os.environ[lab_command.SETTINGS], "COLUMNS": "200"}
+    given |= {
+        "PYTHONPATH": str(site),
+        "LABCOURSE_CONFIG_DIR": os.environ[lab_command.SETTINGS_VARIABLE],
+        "COLUMNS": "200",
+    }
     fill = "from labcourse import lab_command; lab_command.open_jupyterlab = lambda *given: None; "
     fill += f"from {program} import run; import sys; sys.argv[0] = 'labcourse'; run()"
     done = subprocess.run(

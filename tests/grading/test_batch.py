@@ -17,7 +17,7 @@ from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import batch
 from labcourse.grading.batch import Batch, Settings, _marked_again, regrade
 from labcourse.grading.graded_run import facts_of
-from labcourse.grading.intake import TIME
+from labcourse.grading.intake import TIME_RECEIVED
 from labcourse.grading.running import runner
 from labcourse.grading.settings import Assignment, Deadline, LateSettings, MarkSettings
 from labcourse.problems import Code, Problem, has
@@ -106,7 +106,7 @@ def test_a_time_of_receipt_is_in_doubt_where_lateness_costs_something(fake_class
     settings = replace(fake_class.course.settings, deadlines=deadlines, late=LateSettings(per_day))
     with fake_class.book() as book:
         made = Batch(fake_class.folder / "in", replace(fake_class.course, settings=settings), book, Settings())
-    assert [doubt.about for doubt in made.doubts] == [TIME] * asked
+    assert [doubt.about for doubt in made.doubts] == [TIME_RECEIVED] * asked
 
 
 def test_a_batch_that_is_broken_off_goes_on_where_it_was_and_ends_in_the_same_gradebook(fake_class):

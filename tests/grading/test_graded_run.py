@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from gradebooks import graded, mark, prose, record
 
-from labcourse.answers.cell_reports import CellError, CellReport, Refusal, Reports
+from labcourse.answers.cell_reports import CellError, CellReport, CellReports, Refusal
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
@@ -25,7 +25,7 @@ from labcourse.grading.marking.marking_processes import Marked
 from labcourse.problems import Code, Problem
 from labcourse.sentences import sentence
 
-REPORTS = Reports(
+REPORTS = CellReports(
     (
         CellReport("a.ipynb", "one", True, None, ()),
         CellReport("a.ipynb", "two", True, CellError("NameError", "name 'x'", 3), (("1", "x"), ("2", "y"))),

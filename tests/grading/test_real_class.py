@@ -15,7 +15,7 @@ import real_class
 from page_text import page_text
 
 from labcourse.grading.release import student_course
-from labcourse.run.check import State, check
+from labcourse.run.check import CheckState, check
 from rotflex.course.spare_design import SPARE_GAIN
 from rotflex.recording import Recording
 
@@ -182,9 +182,9 @@ def test_at_home_recordings_stand_in_for_the_bench_and_what_was_not_recorded_say
     masters = {name: json.loads(text) for name, text in student_course.derive_notebooks(made.course).items()}
     found = check(folder, masters, made.course.catalogue)
     parts = {(part.question, part.name): part for part in found.parts if part.question in MEASURED}
-    lacking = {where: part for where, part in parts.items() if part.state in (State.MISSING, State.DIFFERENT)}
+    lacking = {where: part for where, part in parts.items() if part.state in (CheckState.MISSING, CheckState.DIFFERENT)}
     assert {question for question, _part in lacking} == {"3.15", "3.16"}
-    assert all(part.state is State.MISSING for part in lacking.values())
+    assert all(part.state is CheckState.MISSING for part in lacking.values())
     assert (
         "This experiment has no recording of your bench: tracking, feedback = partial"
         in lacking["3.15", "response"].why

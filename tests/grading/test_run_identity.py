@@ -31,12 +31,12 @@ PLACE = {"scheduler"}  #: says where it is run, not what: tests/grading/test_clu
 LIMITS = {
     "cell": 61,
     "submission": 601.0,
-    "memory": runner.Limits().memory + 1,
+    "memory": runner.RunLimits().memory + 1,
     "processes": 101,
-    "folder": runner.Limits().folder + 1,
+    "folder": runner.RunLimits().folder + 1,
 }
 OTHERWISE = {
-    **{f"limits.{name}": {"limits": runner.Limits(**{name: value})} for name, value in LIMITS.items()},
+    **{f"limits.{name}": {"limits": runner.RunLimits(**{name: value})} for name, value in LIMITS.items()},
     "probe_seed": {"probe_seed": 5},
     "isolated": {"isolated": False},
     "every_cell": {"every_cell": True},
@@ -46,8 +46,8 @@ OTHERWISE = {
 
 def test_every_setting_is_tested():
     assert {one.partition(".")[0] for one in OTHERWISE} | PLACE | set(NO_PART) == {one.name for one in fields(Settings)}
-    assert set(LIMITS) == {one.name for one in fields(runner.Limits)}
-    assert all(getattr(runner.Limits(), name) != value for name, value in LIMITS.items())
+    assert set(LIMITS) == {one.name for one in fields(runner.RunLimits)}
+    assert all(getattr(runner.RunLimits(), name) != value for name, value in LIMITS.items())
 
 
 @pytest.mark.parametrize("changed", OTHERWISE.values(), ids=OTHERWISE)

@@ -12,7 +12,7 @@ from working_through import ASKED, Where
 
 import rotflex.course.lab
 from labcourse.answers import answers, forms
-from labcourse.answers.reflection import Check, Reflection, reflect
+from labcourse.answers.reflection import Comparison, Reflection, reflect
 from labcourse.errors import AnswerError
 from rotflex.course.questions import CATALOGUE
 
@@ -33,7 +33,7 @@ def said_by(found: Reflection) -> Said:
     return found.asked, found.missing, found.unclear
 
 
-def usual_checks(student: str) -> list[Check]:
+def usual_checks(student: str) -> list[Comparison]:
     """What can be compared in a class without optional notebooks."""
     return [check for check in lab_of(student).checks() if ASKED.everything.keys() >= set(check.questions)]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from PIL import Image
 
 from labcourse.answers.report_files import COMPOSED
-from labcourse.report.contents import Contents, Heading, Recorded, Text
+from labcourse.report.contents import Contents, Exhibit, Heading, Text
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="20" height="10"><rect width="20" height="10"/></svg>'
 TABLE = (
@@ -35,8 +35,8 @@ def of_text(text: str, pictures: Mapping[str, bytes] | None = None, **cover: str
         Heading(1, "I Results"),
         Heading(2, "I.1 Table 3: Results"),
         Text("It was fast."),
-        Recorded("Figure 1.2", "The speed $v$.", svg=SVG, alt="A black box."),
-        Recorded("Table 3", "Results.", table=TABLE),
+        Exhibit("Figure 1.2", "The speed $v$.", svg=SVG, alt="A black box."),
+        Exhibit("Table 3", "Results.", table=TABLE),
         Heading(2, "II.1 What follows"),
         Text(text, pictures or {}),
         Heading(1, "References"),

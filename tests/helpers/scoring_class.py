@@ -22,7 +22,7 @@ from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.overview import as_page, class_overview
 from labcourse.grading.scoring.desk import Desk
 from labcourse.grading.scoring.guards import TOKEN_HEADER, Scorer, while_it_runs
-from labcourse.grading.scoring.rubric import Item
+from labcourse.grading.scoring.rubric import RubricItem
 from labcourse.grading.scoring.server import application
 from labcourse.grading.scoring.site import Site, on_loopback
 from labcourse.grading.settings import LevelSettings
@@ -33,7 +33,7 @@ WORDS = ("2.11", "explanation")  #: 1 point
 COMPARED = ("2.16", "comparison")  #: 2 points
 LEVELS = LevelSettings()
 RUBRIC = {
-    WORDS: Item(
+    WORDS: RubricItem(
         WORDS,
         "Says why the measured peak is not where the formula has it.",
         {

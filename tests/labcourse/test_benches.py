@@ -44,7 +44,7 @@ def test_the_folders_own_file_counts_and_the_installed_releases_where_there_is_n
     (package / "notebooks").mkdir(parents=True)
     (package / "__init__.py").touch()
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setenv(courses.SETTING, package.name)
+    monkeypatch.setenv(courses.COURSE_VARIABLE, package.name)
     assert course_file.bench_policy(tmp_path) == BenchPolicy()
     released = {"student": "", "bench": {"which": "same", "seed": 3}}
     (package / "notebooks" / "course.json").write_text(json.dumps(released))

@@ -15,8 +15,8 @@ def settings(tmp_path, monkeypatch):
     monkeypatch.setattr(courses, "installed", lambda: {"abc": "abc_course"})
     monkeypatch.setattr(courses, "notebooks", lambda: {"abc": {*NAMES}})
     monkeypatch.setattr(courses, "current", lambda: courses.InstalledCourse("abc_course", tmp_path))
-    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
-    monkeypatch.setenv(courses.SETTING, "abc")
+    monkeypatch.setenv(lab_command.SETTINGS_VARIABLE, str(tmp_path / "settings"))
+    monkeypatch.setenv(courses.COURSE_VARIABLE, "abc")
     return tmp_path / "settings"
 
 
@@ -80,7 +80,7 @@ def test_settings_that_cannot_be_read_or_written_stop_nobody(settings, content):
 
 
 def test_settings_are_beside_jupyters(tmp_path, monkeypatch):
-    monkeypatch.delenv(lab_command.SETTINGS)
+    monkeypatch.delenv(lab_command.SETTINGS_VARIABLE)
     monkeypatch.setenv("JUPYTER_CONFIG_DIR", str(tmp_path / "jupyter"))
     (tmp_path / "course.json").write_text("{}")
     lab_command.remember(tmp_path)

@@ -21,7 +21,7 @@ def hub(monkeypatch, tmp_path):
     """As a hub's server has it, in a folder with the course as it is pulled: released for nobody in particular."""
     monkeypatch.setenv("JUPYTERHUB_USER", "ada")
     monkeypatch.setenv("JUPYTERHUB_SERVICE_PREFIX", "/user/ada/")
-    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setenv(lab_command.SETTINGS_VARIABLE, str(tmp_path / "settings"))
     monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: pytest.fail("a second JupyterLab"))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "course.json").write_text('{"student": "", "draw": 2}')

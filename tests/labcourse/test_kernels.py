@@ -50,7 +50,9 @@ def test_after_a_restart_a_missing_name_is_explained_whichever_it_is(printed, ce
 def test_other_errors_and_names_are_left_to_python(printed):
     assert printed("1 / 0") == ("", ["ZeroDivisionError"])
     assert printed("lab = 1\nmisspelt") == ("", ["NameError"])
-    assert printed("del lab\nprint([name for name in dir() if name in ('Kernel', 'COURSE_FILE', 'rotflex')])") == (
+    assert printed(
+        "del lab\nprint([name for name in dir() if name in ('NotebookKernel', 'COURSE_FILE', 'rotflex')])"
+    ) == (
         "[]\n",
         [],
     )

@@ -6,7 +6,7 @@ import pytest
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, number
-from labcourse.answers.reflection import Check, Reflection, of_notebooks, reflect, silence
+from labcourse.answers.reflection import Comparison, Reflection, of_notebooks, reflect, silence
 from labcourse.course_file import REFLECT
 from labcourse.errors import AnswerError, ConfigurationError
 
@@ -18,7 +18,11 @@ def smaller(one, other):
 
 
 A, B, C = ("1.1", "a"), ("1.2", "b"), ("2.1", "c")
-CHECKS = (Check((A, B), smaller), Check((B, C), smaller), Check((A,), lambda a: "" if 1 / a > 0 else "?"))
+CHECKS = (
+    Comparison((A, B), smaller),
+    Comparison((B, C), smaller),
+    Comparison((A,), lambda a: "" if 1 / a > 0 else "?"),
+)
 
 
 def found(**given):

@@ -52,7 +52,7 @@ def test_a_folder_without_notebooks_is_an_error_in_words(tmp_path, monkeypatch):
     (tmp_path / "empty_course").mkdir()
     (tmp_path / "empty_course" / "__init__.py").touch()
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setenv(courses.SETTING, "empty_course")
+    monkeypatch.setenv(courses.COURSE_VARIABLE, "empty_course")
     with pytest.raises(ConfigurationError, match="comes without notebooks"):
         notebooks.masters()
 
@@ -61,8 +61,8 @@ def test_of_two_courses_the_one_that_is_named_counts_or_both_are_listed(monkeypa
     both = (EntryPoint("rotflex", "rotflex.course", courses.GROUP), EntryPoint("other", "json", courses.GROUP))
     monkeypatch.setattr(courses, "entry_points", lambda group: both)
     for name in ("rotflex", "rotflex.course"):
-        monkeypatch.setenv(courses.SETTING, name)
+        monkeypatch.setenv(courses.COURSE_VARIABLE, name)
         assert courses.current().package == "rotflex.course"
-    monkeypatch.setenv(courses.SETTING, "third")
+    monkeypatch.setenv(courses.COURSE_VARIABLE, "third")
     with pytest.raises(ConfigurationError, match=r"'third'.*other, rotflex"):
         courses.current()

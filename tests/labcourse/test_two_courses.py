@@ -31,9 +31,9 @@ def desk(tmp_path, monkeypatch):
             (tmp_path / f"{name}_course" / "notebooks" / f"{stem}.ipynb").write_bytes(saved(content))
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(courses, "installed", lambda: {name: f"{name}_course" for name in NOTEBOOKS})
-    monkeypatch.delenv(courses.SETTING)
+    monkeypatch.delenv(courses.COURSE_VARIABLE)
     monkeypatch.setenv("LABCOURSE_PROGRAM", "rotflex")  # which each program sets
-    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setenv(lab_command.SETTINGS_VARIABLE, str(tmp_path / "settings"))
     monkeypatch.setattr(lab_command, "open_jupyterlab", lambda folder, _options: opened.append(folder.resolve()))
     opened.clear()
     monkeypatch.setattr(checking, "check", lambda folder, *_, **__: checking.Checked("ada", folder, ()))
@@ -61,7 +61,7 @@ def lay(folder, stems, **about):
 
 def say(program, words, given=None):
     """Type a command of the program ``labcourse``, perhaps with --course, or of a course's own program."""
-    os.environ.pop(courses.SETTING, None)
+    os.environ.pop(courses.COURSE_VARIABLE, None)
     own = "" if program.startswith("labcourse") else f"{program}_course"
     app = command_line.command_line(program.partition(" ")[0], "1", course=own)
     done = CliRunner().invoke(app, [*program.split()[1:], *words.split()], input=given)

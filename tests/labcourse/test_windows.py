@@ -102,7 +102,7 @@ def test_answers_are_locked_by_windows_own_way_until_the_other_notebook_is_done(
 @pytest.fixture
 def work(tmp_path, monkeypatch):
     """A student's folder with one notebook, and an ID and a file name that no code of Windows's has."""
-    monkeypatch.setenv(lab_command.SETTINGS, str(tmp_path / "settings"))
+    monkeypatch.setenv(lab_command.SETTINGS_VARIABLE, str(tmp_path / "settings"))
     folder = tmp_path / "θ"
     folder.mkdir()
     (folder / NAME).write_bytes(saved(notebook(answer("q1", "k = 1"), locked("q1-answer", "lab.answer()"))))

@@ -22,12 +22,12 @@ def test_the_solutions_get_all_points_on_the_bench_that_everybody_has(sandbox, p
     assert claims.problems == []
     assert claims.bench.get("seed") == (policy.seed or None)
     assert claims.bench.get("preset", "") == policy.preset
-    marks = marking.mark(course, claims, course.true_bench(course_check.STUDENT), 20)
+    marks = marking.mark(course, claims, course.true_bench(course_check.SOLUTIONS_STUDENT), 20)
     lost = [
         (mark.question, mark.part, mark.reason)
         for mark in marks
         if mark.status not in (Status.RIGHT, Status.FOR_A_PERSON)
     ]
     assert lost == []
-    own = marking.mark(course, claims, OURS.true_bench(course_check.STUDENT), 20)
+    own = marking.mark(course, claims, OURS.true_bench(course_check.SOLUTIONS_STUDENT), 20)
     assert sum(mark.points for mark in own) < sum(mark.points for mark in marks)  # it is another bench than their own

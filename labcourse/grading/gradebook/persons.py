@@ -165,7 +165,7 @@ def _is_long_enough(name: str) -> bool:
 
 
 #: Takes a person out of another student's run or file, in place.
-Change = Callable[[RunRecord | Delivery, Person], None]
+Redaction = Callable[[RunRecord | Delivery, Person], None]
 
 
 class Persons:
@@ -184,7 +184,7 @@ class Persons:
         student: str,
         actor: str,
         partners: Sequence[str] = (),
-        change: Change = lambda record, person: None,
+        change: Redaction = lambda record, person: None,
         dry_run: bool = False,
     ) -> Erased:
         """Erase a person: all their rows, and their names in what persons wrote about others' work.
@@ -294,7 +294,7 @@ def _counts(session: Session, number: int) -> dict[str, int]:
     return {name: count for name, count in counts.items() if count}
 
 
-def _erase(session: Session, student: str, actor: str, partners: Iterable[str], change: Change) -> Erased:
+def _erase(session: Session, student: str, actor: str, partners: Iterable[str], change: Redaction) -> Erased:
     """Delete a person's rows, and replace their names in the rows of others; nothing if they were erased before."""
     if erased_students(session, [student]):
         return Erased(StudentRecord(student), {})

@@ -40,7 +40,7 @@ class MarkState:
     reason: Reason
 
 
-class Text(sa.TypeDecorator[str]):
+class CleanText(sa.TypeDecorator[str]):
     """A text that is cleaned when it is stored or compared, see :mod:`labcourse.grading.gradebook.storable`."""
 
     impl = sa.Text
@@ -50,7 +50,7 @@ class Text(sa.TypeDecorator[str]):
         return None if value is None else storable.text(value)
 
 
-class StatusText(Text):
+class StatusText(CleanText):
     """The status of a mark."""
 
     cache_ok = True
@@ -87,7 +87,7 @@ class Json(sa.TypeDecorator[Any]):
         return value and MarkState(**{**value, "reason": from_json(value["reason"])})
 
 
-class Reasons(sa.TypeDecorator[Any]):
+class ReasonJson(sa.TypeDecorator[Any]):
     """A reason, or a tuple of reasons, stored as JSON: a text, or the data of a problem."""
 
     impl = sa.JSON
@@ -105,7 +105,7 @@ class Base(MappedAsDataclass, DeclarativeBase):
     """Base of all tables."""
 
     type_annotation_map: ClassVar = {
-        str: Text,
+        str: CleanText,
         Status: StatusText,
         float: sa.Double,
         datetime: Instant,
@@ -123,7 +123,7 @@ def _mark_columns() -> list[Any]:
     """Return the columns of a :class:`Mark`."""
     keys = [mapped_column(name, primary_key=True) for name in ("question", "part")]
     numbers = map(mapped_column, ("status", "points", "out_of"))
-    return [*keys, *numbers, mapped_column("reason", Reasons), mapped_column("given")]
+    return [*keys, *numbers, mapped_column("reason", ReasonJson), mapped_column("given")]
 
 
 class OfAnswer(MappedAsDataclass):
@@ -166,14 +166,14 @@ class StudentRecord(Base):
     __tablename__ = "students"
 
     id = mapped_column(sa.Integer, primary_key=True)
-    folded = mapped_column(Text, unique=True, nullable=False)  # the ID without regard to capitals
+    folded = mapped_column(CleanText, unique=True, nullable=False)  # the ID without regard to capitals
     student: Mapped[str]
     name: Mapped[str] = mapped_column(default="")
     email: Mapped[str] = mapped_column(default="")
     section: Mapped[str] = mapped_column(default="")
     aliases: Mapped[tuple[str, ...]] = mapped_column(default=())
     enrolled: Mapped[bool] = mapped_column(default=False)
-    group: Mapped[str] = mapped_column("laboratory_group", Text, default="")  # GROUP is a word of SQL
+    group: Mapped[str] = mapped_column("laboratory_group", CleanText, default="")  # GROUP is a word of SQL
 
 
 class Delivery(Base):
@@ -240,7 +240,7 @@ class RunRecord(Base):
     id = mapped_column(sa.Integer, primary_key=True)
     student_id = _of_student(index=True)
     current = mapped_column(sa.Boolean, nullable=False)  # whether it is the student's run that counts
-    key_digest = mapped_column(Text, nullable=False)  # of the key that its marks were made with
+    key_digest = mapped_column(CleanText, nullable=False)  # of the key that its marks were made with
     recorded = mapped_column(Instant, nullable=False)
     key: Mapped[str] = mapped_column(unique=True)
     student: Mapped[str]
@@ -250,8 +250,8 @@ class RunRecord(Base):
     probe_seed: Mapped[int] = mapped_column(sa.BigInteger)
     isolation: Mapped[str]
     answers: Mapped[bytes | None] = mapped_column(default=None)
-    problems: Mapped[tuple[Reason, ...]] = mapped_column(Reasons, default=())
-    notes: Mapped[tuple[Reason, ...]] = mapped_column(Reasons, default=())
+    problems: Mapped[tuple[Reason, ...]] = mapped_column(ReasonJson, default=())
+    notes: Mapped[tuple[Reason, ...]] = mapped_column(ReasonJson, default=())
     cells: Mapped[tuple[Mapping[str, Any], ...]] = mapped_column(default=())
     claim: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)
     words: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)

@@ -64,7 +64,7 @@ _EXCELS_ZEROS = re.compile(r'="([^"]*)"')
 
 
 @dataclass(frozen=True)
-class Entry:
+class RosterEntry:
     """A student in a roster; ``details`` holds the fields of StudentRecord for which the roster has a column."""
 
     student: str
@@ -97,7 +97,7 @@ def _shown(value: str | Sequence[str]) -> str:
     return repr(value if isinstance(value, str) else "; ".join(value))
 
 
-def read(path: Path) -> tuple[list[Entry], list[str], list[str]]:
+def read(path: Path) -> tuple[list[RosterEntry], list[str], list[str]]:
     """Read the students of a roster.
 
     Returns
@@ -115,7 +115,7 @@ def read(path: Path) -> tuple[list[Entry], list[str], list[str]]:
         If the file cannot be read, or has no column of IDs.
     """
     lines = list(io.StringIO(_EXCELS_SEPARATOR.sub("", _text(path)), newline=""))
-    entries: dict[str, tuple[int, Entry]] = {}
+    entries: dict[str, tuple[int, RosterEntry]] = {}
     problems = []
     try:
         separator = max(",;\t", key=lambda mark: len(_KNOWN.intersection(_headings(lines, mark))))
@@ -192,7 +192,7 @@ def _columns(path: Path, headings: Collection[str]) -> dict[str, list[str]]:
     return {"student": student, **of_headings, "name": name, "aliases": aliases}
 
 
-def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]]) -> Entry:
+def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]]) -> RosterEntry:
     """Return the student of a row. Raises StudentIDError if their ID cannot be one."""
     if _BRIGHTSPACES in cells:
         cells = {heading: cell.removeprefix("#") if heading in _MARKED else cell for heading, cell in cells.items()}
@@ -202,4 +202,4 @@ def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]]) -> Entry:
     details: dict[str, Any] = {field: " ".join(filter(None, map(_on_one_line, cell))) for field, cell in texts.items()}
     if columns["aliases"]:
         details["aliases"] = tuple(dict.fromkeys(filter(None, others)))
-    return Entry(student_id.normalised(student), details)
+    return RosterEntry(student_id.normalised(student), details)

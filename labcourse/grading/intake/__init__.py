@@ -15,7 +15,7 @@ from labcourse.grading.intake.finding import (
     OWNER,
     PARTNER,
     PLATFORM,
-    TIME,
+    TIME_RECEIVED,
     ClassFolder,
     Decisions,
     Doubt,
@@ -24,8 +24,8 @@ from labcourse.grading.intake.finding import (
 )
 from labcourse.grading.intake.owners import students_in
 from labcourse.grading.intake.reading import (
-    Contents,
     Master,
+    ReadSubmission,
     is_answered,
     is_unread,
     newest,
@@ -36,12 +36,12 @@ __all__ = [
     "OWNER",
     "PARTNER",
     "PLATFORM",
-    "TIME",
+    "TIME_RECEIVED",
     "ClassFolder",
-    "Contents",
     "Decisions",
     "Doubt",
     "Master",
+    "ReadSubmission",
     "Submission",
     "find",
     "is_answered",

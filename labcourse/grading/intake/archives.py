@@ -40,7 +40,7 @@ MAX_ARCHIVE = 200_000_000  #: bytes of one student's zip
 MAX_INNER_ARCHIVE = 100_000_000  #: bytes of a zip within a zip, and of an unpacked tar
 MAX_DIRECTORY = 10_000_000  #: bytes of a zip's table of contents; 46 of each file, and its path
 
-NOTEBOOKS = (".ipynb.txt", ".ipynb.json", ".ipynb")  #: endings of notebooks, also as browsers write them
+NOTEBOOK_ENDINGS = (".ipynb.txt", ".ipynb.json", ".ipynb")  #: endings of notebooks, also as browsers write them
 ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar.bz2", ".tar.xz", ".tar")  #: that Python's library reads
 OTHER_ARCHIVES = (".7z", ".rar", ".gz", ".bz2", ".xz", ".zipx")  #: that it does not
 _DAMAGED = (
@@ -77,7 +77,7 @@ class Unreadable(Exception):
 
 
 @dataclass(frozen=True)
-class Entry:
+class StoredFile:
     """A file in a folder or archive.
 
     Attributes
@@ -88,7 +88,7 @@ class Entry:
     modified : time when it was saved, UTC, by the clock of the computer that saved it; None if it is not known
     """
 
-    store: Path | Entry
+    store: Path | StoredFile
     key: str
     size: int
     modified: datetime | None = None
@@ -104,10 +104,10 @@ class Listing:
     refused : path of what is not read → reason
     """
 
-    files: dict[str, Entry] = field(default_factory=dict)
+    files: dict[str, StoredFile] = field(default_factory=dict)
     refused: dict[str, Problem] = field(default_factory=dict)
 
-    def add(self, path: str, content: Entry | Problem) -> None:
+    def add(self, path: str, content: StoredFile | Problem) -> None:
         """Add a file, or the reason why it is refused."""
         if isinstance(content, Problem):
             self.refused[path] = content
@@ -137,7 +137,7 @@ def without_ending(name: str) -> str:
 
 def is_notebook(path: str) -> bool:
     """Tell whether a file is a notebook, by its name."""
-    return path.casefold().endswith(NOTEBOOKS)
+    return path.casefold().endswith(NOTEBOOK_ENDINGS)
 
 
 def is_work(path: str) -> bool:
@@ -167,18 +167,18 @@ class Shelf(ExitStack):
     def __init__(self, zone: tzinfo = UTC) -> None:
         super().__init__()
         self.zone = zone
-        self._archives: list[tuple[Entry, _Zip]] = []  # each lies in the one before it
+        self._archives: list[tuple[StoredFile, _Zip]] = []  # each lies in the one before it
         self.begin_student()
 
     def begin_student(self) -> None:
         """Read another student's files: of each, only so many bytes are read, and so many files looked at."""
         self._left, self._listed, self._looked_through = MAX_SUBMISSION, 0, 0
 
-    def read(self, entry: Entry, most: int) -> bytes:
+    def read(self, entry: StoredFile, most: int) -> bytes:
         """Read a file of at most so many bytes; raise Unreadable if that cannot be done."""
         return self.bounded(partial(self.open(entry.store).read, entry.key), most, entry.size)
 
-    def listing(self, store: Path | Entry, most: int = MAX_ENTRIES) -> Listing:
+    def listing(self, store: Path | StoredFile, most: int = MAX_ENTRIES) -> Listing:
         """List a folder on disk or an archive.
 
         Raises
@@ -202,7 +202,7 @@ class Shelf(ExitStack):
         if self._looked_through > MAX_LOOKED_THROUGH:
             raise Unreadable(Code.TOO_MANY_FILES, most=MAX_LOOKED_THROUGH, with_others=True)
 
-    def open(self, store: Path | Entry) -> _Folder | _Zip:
+    def open(self, store: Path | StoredFile) -> _Folder | _Zip:
         """Open a folder on disk or an archive; raise Unreadable if that cannot be done."""
         if isinstance(store, Path):
             return _Folder(store)
@@ -257,7 +257,7 @@ def _open_file(path: Path) -> IO[bytes]:
 
 
 #: Path of each thing in a folder or archive, and the file, the reason why it is refused, or None for a folder.
-_Entries = Iterator[tuple[str, Entry | Problem | None]]
+_Entries = Iterator[tuple[str, StoredFile | Problem | None]]
 
 
 class _Folder:
@@ -296,10 +296,10 @@ def scan(folder: Path) -> list[os.DirEntry[str]]:
         raise Unreadable(Code.SYSTEM_ERROR, error=reason(error)) from None
 
 
-def on_disk(folder: Path, item: os.DirEntry[str] | Path, key: str) -> Entry:
+def on_disk(folder: Path, item: os.DirEntry[str] | Path, key: str) -> StoredFile:
     """Return a file on disk, with its size and its time."""
     about = item.stat(follow_symlinks=False)
-    return Entry(folder, key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
+    return StoredFile(folder, key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
 
 
 class _Bounded:
@@ -320,7 +320,7 @@ class _Bounded:
 class _Zip:
     """A zip, or a tar, which is packed again as a zip in memory: that has a table of contents."""
 
-    def __init__(self, archive: Entry, file: IO[bytes], shelf: Shelf) -> None:
+    def __init__(self, archive: StoredFile, file: IO[bytes], shelf: Shelf) -> None:
         self._archive, self._zone = archive, shelf.zone
         start = file.read(_USTAR.stop)
         file.seek(0)
@@ -334,7 +334,7 @@ class _Zip:
             self._zip = _open_zip(_Bounded(file))
         except _DAMAGED as error:
             raise Unreadable(Code.NOT_AN_ARCHIVE, error=type(error).__name__) from None
-        if isinstance(archive.store, Entry):
+        if isinstance(archive.store, StoredFile):
             shelf.look_through(len(self._zip.infolist()))
         self._entries = {entry.filename: entry for entry in reversed(self._zip.infolist()) if entry.filename}
 
@@ -358,7 +358,7 @@ class _Zip:
             elif self._entries[entry.filename] is not entry:
                 yield path, _TWICE
             else:
-                yield path, Entry(self._archive, entry.filename, entry.file_size, _modified(entry, self._zone))
+                yield path, StoredFile(self._archive, entry.filename, entry.file_size, _modified(entry, self._zone))
 
     def read(self, key: str, size: int) -> bytes:
         """Read the first bytes of a file."""

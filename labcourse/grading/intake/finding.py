@@ -14,7 +14,7 @@ from labcourse.errors import GradingError
 from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, ON_DISK, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
-from labcourse.grading.intake.archives import Entry, Listing, Shelf, Unreadable, is_notebook, is_work, named
+from labcourse.grading.intake.archives import Listing, Shelf, StoredFile, Unreadable, is_notebook, is_work, named
 from labcourse.grading.intake.owners import Owner, Roster, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of, platforms_of, readable
 from labcourse.problems import Code, Problem, Reason
@@ -30,7 +30,7 @@ _NEVER = datetime.fromtimestamp(0, UTC)
 _NO_FOLDER_NO_ZIP = Problem.of(Code.NO_FOLDER_NO_ZIP)
 
 #: What an instructor may decide, besides a file (by its name in the course).
-OWNER, TIME, PARTNER, PLATFORM = "owner", "time received", "partner", "platform"
+OWNER, TIME_RECEIVED, PARTNER, PLATFORM = "owner", "time received", "partner", "platform"
 YES, NO = "yes", "no"  #: decisions on a partner
 NO_PLATFORM = "none"  #: decision on a platform: names are the students' IDs
 #: :attr:`Doubt.key` → what was decided.
@@ -45,8 +45,8 @@ class Doubt:
     ----------
     submission : name of the folder, archive or file, from the class's folder on; for a partner, the student who named
         them
-    about : :data:`OWNER`, :data:`TIME`, :data:`PARTNER` or :data:`PLATFORM`; or the name of a file of the course, if
-        several of the submission may be it
+    about : :data:`OWNER`, :data:`TIME_RECEIVED`, :data:`PARTNER` or :data:`PLATFORM`; or the name of a file of the
+        course, if several of the submission may be it
     assumed : what counts without a decision; "" for nothing
     why : reasons; a text where the row was read from the file
     alternatives : what else it may be; the partner
@@ -61,7 +61,7 @@ class Doubt:
     @property
     def key(self) -> tuple[str, str]:
         """Identify the row. A decision on a time holds for files that were saved then, if the row says when."""
-        of = f": {self.alternatives}" if self.about in (TIME, PARTNER) and self.alternatives else ""
+        of = f": {self.alternatives}" if self.about in (TIME_RECEIVED, PARTNER) and self.alternatives else ""
         return self.submission, f"{self.about}{of}"
 
 
@@ -93,7 +93,7 @@ class Piece:
     label: Label | None = None
     archived: datetime | None = None
     copy: int = 0
-    files: Mapping[str, Entry] = field(default_factory=dict)
+    files: Mapping[str, StoredFile] = field(default_factory=dict)
     refused: Mapping[str, Problem] = field(default_factory=dict)
     trouble: tuple[Problem, ...] = ()
     course: Mapping[str, Any] = field(default_factory=dict)
@@ -159,7 +159,7 @@ class Place:
     """
 
     source: str
-    content: Entry | Listing | Path | Problem
+    content: StoredFile | Listing | Path | Problem
 
     @property
     def name(self) -> str:
@@ -172,9 +172,9 @@ class Place:
         return archives.without_ending(self.name) if self.file else self.name
 
     @property
-    def file(self) -> Entry | None:
+    def file(self) -> StoredFile | None:
         """The file, if it is one."""
-        return self.content if isinstance(self.content, Entry) else None
+        return self.content if isinstance(self.content, StoredFile) else None
 
     @property
     def is_store(self) -> bool:
@@ -197,7 +197,7 @@ class Place:
             return self.content
         if isinstance(self.content, Problem) or not self.is_store:
             raise Unreadable(Code.PACKED_OTHERWISE)
-        if isinstance(self.content, Entry) and self.content.size > largest:
+        if isinstance(self.content, StoredFile) and self.content.size > largest:
             raise Unreadable(Code.TOO_MANY_BYTES, most=largest)
         return shelf.listing(self.content, most)
 
@@ -214,7 +214,7 @@ class Place:
             return []
         places: list[Place] = []
         folders: dict[str, Listing] = defaultdict(Listing)
-        contents: list[tuple[str, Entry | Problem]] = [*listing.files.items(), *listing.refused.items()]
+        contents: list[tuple[str, StoredFile | Problem]] = [*listing.files.items(), *listing.refused.items()]
         for path, content in contents:
             name, slash, rest = path.partition("/")
             if slash:
@@ -554,7 +554,7 @@ class _Finder:
         whole = replace(whole, copy=max(whole.copy, copy[1] if copy else 0))
         return self._split(whole, place, nesting + 1)
 
-    def _course(self, files: Mapping[str, Entry]) -> dict[str, Any]:
+    def _course(self, files: Mapping[str, StoredFile]) -> dict[str, Any]:
         """Read the course.json with the fewest folders above it; nothing without one."""
         paths = [path for path in files if path.rpartition("/")[2] == COURSE_FILE]
         try:
@@ -618,9 +618,9 @@ class _Finder:
         """
         times = filter(None, (entry.modified for entry in piece.files.values()))
         saved = min(max(times, default=piece.archived or _NEVER), clock.now())
-        is_written = (piece.source, TIME) in self._decisions
+        is_written = (piece.source, TIME_RECEIVED) in self._decisions
         when_saved = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
-        doubt = Doubt(piece.source, TIME, "", (Problem.of(Code.ONLY_THEIR_COMPUTER),), when_saved)
+        doubt = Doubt(piece.source, TIME_RECEIVED, "", (Problem.of(Code.ONLY_THEIR_COMPUTER),), when_saved)
         received, evidence = self._time_received(piece, self._decisions.get(doubt.key))
         if evidence == DECIDED:
             why = (Problem.of(Code.DECIDED),)

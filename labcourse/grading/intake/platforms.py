@@ -1,6 +1,6 @@
 """Read the names that learning platforms give to submissions, and the lists of times that they export.
 
-:data:`PLATFORMS` has the pattern of each platform. To support another platform, add a row, and an example to
+:data:`DOWNLOAD_NAMES` has the pattern of each platform. To support another platform, add a row, and an example to
 ``docs/handing_in.md``: tests read the examples there.
 """
 
@@ -31,7 +31,7 @@ _YEAR = rf"(?P<time>{_PART}*\b(?:19|20)\d\d\b{_PART}*)"
 #: ``name`` and ``login`` of the student, ``number`` by which the platform knows them, ``time``, ``attempt``, ``file``
 #: as the student called it, and ``receipt`` for what the platform itself wrote. What the platform wrote comes first in
 #: each name and is matched first, so the student's own name for a file, the rest, changes none of the others.
-PLATFORMS = {
+DOWNLOAD_NAMES = {
     platform: (sign, pattern(form, _LONGEST, re.DOTALL | re.IGNORECASE))
     for platform, sign, form in (
         (MOODLE, "-", r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_" + _MOODLES),
@@ -59,7 +59,7 @@ _NAMES = ("name", "student", "studentid", "id", "file", "folder", "identifier", 
 _TIMES = ("time", "submitted", "received", "lastmodifiedsubmission", "date", "datesubmitted", "submittedat")
 MAX_TABLE = 10_000_000  #: bytes of a table that an instructor writes; 100 000 lines
 
-Content = TypeVar("Content")
+_Content = TypeVar("_Content")
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Label:
 
 def label_of(name: str, platform: str) -> Label | None:
     """Read a name by the pattern of a platform; None if it does not fit, or for a platform without a pattern."""
-    sign, form = PLATFORMS.get(platform, ("", None))
+    sign, form = DOWNLOAD_NAMES.get(platform, ("", None))
     match = form.fullmatch(name[:_LONGEST]) if form else None
     if match is None:
         return None
@@ -108,7 +108,7 @@ def label_of(name: str, platform: str) -> Label | None:
 
 def platforms_of(name: str) -> list[str]:
     """Return the platforms with a pattern that a name fits."""
-    return [platform for platform in PLATFORMS if label_of(name, platform)]
+    return [platform for platform in DOWNLOAD_NAMES if label_of(name, platform)]
 
 
 def without_copy_number(name: str) -> tuple[str, int] | None:
@@ -117,12 +117,12 @@ def without_copy_number(name: str) -> tuple[str, int] | None:
     return (match["name"].strip(), int(next(filter(None, match.groups()[1:]), 1))) if match else None
 
 
-def without_canvas_counts(files: Mapping[str, Content]) -> dict[str, Content]:
+def without_canvas_counts(files: Mapping[str, _Content]) -> dict[str, _Content]:
     """Return files under the names that they had before Canvas counted them: ``tools-1.py`` may have been ``tools.py``.
 
     Notebooks are left out, as they are recognised by their names anyway, and names that exist or are of several files.
     """
-    uncounted: dict[str, list[Content]] = {}
+    uncounted: dict[str, list[_Content]] = {}
     for name, content in files.items():
         if _CANVAS_COUNT.search(name) and not name.endswith(".ipynb"):
             uncounted.setdefault(_CANVAS_COUNT.sub("", name), []).append(content)

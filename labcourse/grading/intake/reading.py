@@ -43,7 +43,7 @@ Master = Mapping[str, Mapping[str, Any]]
 
 
 @dataclass
-class Contents:
+class ReadSubmission:
     """What was read of a submission.
 
     Attributes
@@ -97,7 +97,7 @@ def read(
     reports: Sequence[str] = (),
     decisions: Decisions | None = None,
     earlier: Callable[[], Iterable[Delivery]] = tuple,
-) -> Contents:
+) -> ReadSubmission:
     """Read a submission's pieces, in order of time. If one of them cannot be read, the others are.
 
     Parameters
@@ -134,7 +134,7 @@ class _Reader:
     reports: Sequence[str]
     decisions: Decisions
     earlier: Callable[[], Iterable[Delivery]]
-    contents: Contents = field(default_factory=Contents)
+    contents: ReadSubmission = field(default_factory=ReadSubmission)
     answered: set[str] = field(default_factory=set)  # notebooks in which something was written
     parts: int = 0  # of the notebooks that were read
 
@@ -158,7 +158,7 @@ class _Reader:
         """Read the files of a piece: notebooks, reports, what was recorded at home, and own files."""
         self._piece, self._used, self._missing = piece, set[str](), list(self.wanted)
         self._notebooks: dict[str, Notebook | Problem] = {}
-        fits = _fitting(self._piece.files, self.wanted, *archives.NOTEBOOKS)
+        fits = _fitting(self._piece.files, self.wanted, *archives.NOTEBOOK_ENDINGS)
         self._base = self._folder_of_most(fits)
         for name, candidates in fits.items():
             self._missing.remove(name)
@@ -458,7 +458,7 @@ def _fitting(paths: Iterable[str], wanted: Sequence[str], *endings: str) -> dict
 def _words(name: str) -> str:
     """Return the words and numbers in a file's name as ``_01_x_``, in small letters and without the ending."""
     folded = caseless(name)
-    ending = next((ending for ending in (*archives.NOTEBOOKS, report_files.PDF) if folded.endswith(ending)), "")
+    ending = next((ending for ending in (*archives.NOTEBOOK_ENDINGS, report_files.PDF) if folded.endswith(ending)), "")
     return f"_{'_'.join(_WORD.findall(folded.removesuffix(ending)))}_"
 
 

@@ -18,8 +18,8 @@ from labcourse.answers.parts import Part
 from labcourse.grading import verdicts
 from labcourse.grading.verdicts import EARLIER_ANSWERS, Case, NothingFollows, OwnAnswers, Verdict
 
-Point = Mapping[str, float]  # symbol → value
-Rule = Callable[[Point], Any]  # a quantity as a function of the values of all symbols
+SymbolValues = Mapping[str, float]  # symbol → value
+Rule = Callable[[SymbolValues], Any]  # a quantity as a function of the values of all symbols
 _POINTS = 6  # random points; two would do
 _RTOL = 1e-7  # half the digits of a float; a tolerance for rounded coefficients is in the checks
 _FLOAT_RTOL = 2e-3  # a student's 0.333 for a third is 1e-3 away
@@ -34,7 +34,7 @@ def random_points(symbols: tuple[str, ...], seed: int) -> list[dict[str, float]]
     return [dict(zip(symbols, draw.uniform(0.5, 2.0, len(symbols)).tolist(), strict=True)) for _ in range(_POINTS)]
 
 
-def at(expression: Any, point: Point) -> float:
+def at(expression: Any, point: SymbolValues) -> float:
     """Return the value of a sympy expression at a point. Raises ArithmeticError where it has no real value."""
     import sympy
 
@@ -75,7 +75,7 @@ class ExpressionIs:
     """
 
     expected: Rule
-    follow: Callable[[OwnAnswers, Point], Any] | None = None
+    follow: Callable[[OwnAnswers, SymbolValues], Any] | None = None
     follow_what: str = EARLIER_ANSWERS
     slips: Mapping[str, Rule] | None = None
     kinds = ("expression",)
@@ -105,7 +105,7 @@ class ExpressionIs:
         """Return whether an answer agrees with a rule at all points."""
         return _equals_rule(value, rule, points)
 
-    def _own_rule(self, own: OwnAnswers, point: Point) -> tuple[Rule | None, str]:
+    def _own_rule(self, own: OwnAnswers, point: SymbolValues) -> tuple[Rule | None, str]:
         """Return the rule that follows from the student's own answers, which is tried at a point, and "".
 
         If none follows, return None and the reason, with a space before it; "" if the reason is not known.

@@ -7,18 +7,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labcourse.answers.forms import Sampled
 from labcourse.answers.parts import Part
 from labcourse.grading import verdicts
 from labcourse.grading.marking import curves
 from labcourse.grading.marking.checks import misfit
-from labcourse.grading.marking.curves import HALF, Curve, Reading, Trace, Wanted
+from labcourse.grading.marking.curves import HALF, Curve, Reading, Trace, Vector, Wanted
 from labcourse.grading.marking.units import FREQUENCY, Quantity
 from labcourse.grading.verdicts import Case, Verdict
-
-Vector = NDArray[np.float64]
 
 _SHORTEST = 0.5  # of the recording, over which a curve should follow
 _PADDING = 64  # factor of the length before the FFT: then it can be interpolated linearly

@@ -33,7 +33,7 @@ from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError, GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.release import student_notebooks
-from labcourse.grading.release.student_notebooks import BEGIN, END, OPEN_TAG, PARAMETERS_TAG
+from labcourse.grading.release.student_notebooks import BEGIN_CODE, END_CODE, OPEN_TAG, PARAMETERS_TAG
 from labcourse.report.contents import FRONT
 
 _MADE_OF = "made of"  # of a notebook's metadata: the file name of its text
@@ -171,9 +171,9 @@ class _CellMaker:
             return
         asked = parts or [part for part in question.parts if (question.number, part.name) not in self._separate]
         source = cell.source
-        if BEGIN not in source:
+        if BEGIN_CODE not in source:
             presets = [f"{part.name} = None{f'  # {part.unit}' if part.unit else ''}" for part in asked]
-            source = "\n".join([*presets, BEGIN, source, END])
+            source = "\n".join([*presets, BEGIN_CODE, source, END_CODE])
         yield new_code_cell(source, id=name, metadata=_nbgrader_metadata(name, "code"))
         arguments = ", ".join(f"{part.name}={part.name}" for part in asked)
         yield _locked_cell(f"{name}-answer", f'lab.answer("{question.number}", {arguments})')

@@ -22,7 +22,7 @@ from typing import Any
 from labcourse import benches, course_file, files
 from labcourse.answers.notebooks import Notebook, NotebookError
 from labcourse.benches import BenchPolicy
-from labcourse.course_file import RELEASE, STUDENT
+from labcourse.course_file import RELEASE_KEY, STUDENT_KEY
 from labcourse.courses import NOTEBOOKS
 from labcourse.errors import ConfigurationError, GradingError
 from labcourse.files import COURSE_FILE
@@ -60,7 +60,7 @@ def name_of(folder: Path, course_json: Mapping[str, Any], term: str) -> str:
     course_json : the content of its ``course.json``
     term : text to begin the name with
     """
-    content = {key: value for key, value in course_json.items() if key != STUDENT}
+    content = {key: value for key, value in course_json.items() if key != STUDENT_KEY}
     ascii_only = unicodedata.normalize("NFKD", term).encode("ascii", "ignore").decode().lower()
     stem = re.sub(r"[^a-z0-9]+", "-", ascii_only)[:40].strip("-")  # it stands in a file's name
     return f"{stem or 'release'}-{digest(folder, (COURSE_FILE, json.dumps(content, sort_keys=True).encode()))}"
@@ -151,7 +151,7 @@ def read(archive: Path) -> StoredRelease:
         entries = _read_files(archive)
         notebooks = {path.name: _read_notebook(path.name, entries[str(path)]) for path in _notebooks_in(entries)}
         course_json = course_file.parse(entries.get(_COURSE_FILE, b"{}"))
-        policy, name = benches.policy_of(course_json), course_json.get(RELEASE)
+        policy, name = benches.policy_of(course_json), course_json.get(RELEASE_KEY)
         if not notebooks:
             raise ConfigurationError("it holds no notebooks")
         if not (isinstance(name, str) and name):

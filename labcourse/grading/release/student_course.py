@@ -186,13 +186,13 @@ def release(course: Course, out: Path, with_data: bool = False, replace: bool = 
         built = Path(scratch) / course.name
         names = build(course, built, with_data)
         course_json = course_file.read(built / NOTEBOOKS) or {}
-        _pack_wheels(course, built, course_json[course_file.RELEASE])
+        _pack_wheels(course, built, course_json[course_file.RELEASE_KEY])
         packed = zip_files({f"{course.name}/{name}": path for name, path in files_in(built).items()})
         files.write(archive, packed)  # first: if the disk is full, the earlier release stays whole
         if folder.exists():
             shutil.rmtree(folder)
         built.replace(folder)
-    return Release(folder, archive, names, course_json[course_file.RELEASE])
+    return Release(folder, archive, names, course_json[course_file.RELEASE_KEY])
 
 
 def _course_json(course: Course, folder: Path) -> dict[str, Any]:
@@ -205,8 +205,8 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
     """
     settings = course.settings
     course_json: dict[str, Any] = {
-        course_file.STUDENT: "",
-        course_file.COURSE: courses.name_of(course.package),
+        course_file.STUDENT_KEY: "",
+        course_file.COURSE_KEY: courses.name_of(course.package),
         "title": course.title,
         "term": settings.term,
         "draw": settings.bench.draw,
@@ -225,7 +225,7 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
     name = releases.name_of(folder, course_json, settings.term or course.name)
     # The version of Python is no part of the name: work under another version is the same.
     python = settings.python or f"{sys.version_info.major}.{sys.version_info.minor}"
-    return {**course_json, course_file.RELEASE: name, course_file.PYTHON: python}
+    return {**course_json, course_file.RELEASE_KEY: name, course_file.PYTHON: python}
 
 
 def _copy_package(package: Path, target: Path) -> None:

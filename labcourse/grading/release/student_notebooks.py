@@ -26,9 +26,9 @@ from labcourse.errors import AnswerError, GradingError
 from labcourse.run.alignment import Recorded, recorded
 from labcourse.run.restore import STUB_KEY, stub_digest
 
-BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
+BEGIN_CODE, END_CODE = "### BEGIN SOLUTION", "### END SOLUTION"
 _ALMOST_A_MARKER = re.compile(r"(?<![^\W_])(?:begin|end)[\s_-]*solution", re.IGNORECASE)
-STUB = "# Your code here."
+CODE_STUB = "# Your code here."
 _WIDTH = 88  # characters of the comment with which a code cell to be filled in begins
 INSTRUCTOR_TAG, OPEN_TAG, PARAMETERS_TAG = words.INSTRUCTOR, "open", "parameters"
 COLLAPSED = "jp-MarkdownHeadingCollapsed"  #: JupyterLab's, of a text cell: what is below its heading is folded away
@@ -110,7 +110,7 @@ def _released_source(cell: NotebookNode, where: str) -> str:
     in_words = is_answer(cell) and cell.cell_type == "markdown"
     if in_words and words.where_of(cell) is None:
         raise GradingError(f'{where}: its metadata should have "{words.KEY}": {{"question": ..., "part": ...}}.')
-    begin, end, stub = (words.BEGIN, words.END, words.STUB) if in_words else (BEGIN, END, STUB)
+    begin, end, stub = (words.BEGIN, words.END, words.STUB) if in_words else (BEGIN_CODE, END_CODE, CODE_STUB)
     source = _without_solutions(cell.source, where, begin, end, stub)
     if is_answer(cell) and source == cell.source:
         raise GradingError(f"{where}: an answer cell without {begin!r} would be released with its solution.")

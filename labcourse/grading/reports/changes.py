@@ -111,7 +111,7 @@ def changes_since(before: Graded | None, after: Graded) -> Changes | None:
 # --- since feedback was given back ------------------------------------------------------------------------------------
 
 
-class Change(NamedTuple):
+class ChangedMark(NamedTuple):
     """A mark that is not the one that was published; no mark is None. ``why`` and ``when`` are of the last change."""
 
     student: str
@@ -134,7 +134,7 @@ class Change(NamedTuple):
         return f"{self.question} {self.part}: {state_text(self.before)} → {state_text(self.after)}"
 
 
-def changed_in(book: Gradebook, course: Course, since_first: bool = False) -> list[Change]:
+def changed_in(book: Gradebook, course: Course, since_first: bool = False) -> list[ChangedMark]:
     """Find the marks in a gradebook that have changed since feedback was given back; see :func:`changed_since`.
 
     Parameters
@@ -152,7 +152,7 @@ def changed_since(
     publications: Sequence[Publication],
     course: Course,
     excuses: Callable[[str], Collection[str]],
-) -> list[Change]:
+) -> list[ChangedMark]:
     """Find marks with other points than were given back, or that were decided since.
 
     Parameters
@@ -170,7 +170,7 @@ def changed_since(
         if back and entry.when > back[-1].when and notebook not in excuses_of(entry.student):
             entries[entry.student, entry.question, entry.part].append(entry)
     changes = [
-        Change(*where, those[0].before, those[-1].after, those[-1].reason, those[-1].when)
+        ChangedMark(*where, those[0].before, those[-1].after, those[-1].reason, those[-1].when)
         for where, those in entries.items()
     ]
     return [change for change in changes if _shown_points(change.before) != _shown_points(change.after)]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from labcourse.answers.figures import describe, evenly_logarithmic, readable
 from labcourse.grading.reports.templating import templates
 
-WIDTH, HEIGHT = 720, 270  #: of a diagram
+_WIDTH, _HEIGHT = 720, 270  #: of a diagram
 LEFT, RIGHT, TOP, BOTTOM = 76, 708, 10, 224  #: of the plot in it
 _TICKS = 6  # about so many on an axis
 _LARGEST = 1e300  # no axis goes so far; beyond, differences are infinite
@@ -67,7 +67,7 @@ def drawn(axes: Sequence[Mapping[str, Any]]) -> Markup:
     ----------
     axes : as :func:`labcourse.answers.forms.decode` returns them
     """
-    size = {"width": WIDTH, "height": HEIGHT, "left": LEFT, "right": RIGHT, "top": TOP, "bottom": BOTTOM}
+    size = {"width": _WIDTH, "height": _HEIGHT, "left": LEFT, "right": RIGHT, "top": TOP, "bottom": BOTTOM}
     diagrams = list(map(_diagram, axes))
     return Markup(templates().get_template("figure.html").render(diagrams=diagrams, readable=readable, **size))
 

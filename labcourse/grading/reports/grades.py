@@ -23,7 +23,7 @@ from labcourse.grading.assignments import given_back
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, Publication, StudentRecord
 from labcourse.grading.reports import feedback, hints
-from labcourse.grading.reports.changes import Change, changed_in
+from labcourse.grading.reports.changes import ChangedMark, changed_in
 from labcourse.grading.reports.result import Result, account_in, asked, lapse, result_in, state_of, sums
 from labcourse.messages import DISK_FULL, FREE_SPACE
 from labcourse.safe_text import as_csv, no_escapes
@@ -149,10 +149,10 @@ class Reports:
         rows: list[Result | NotGraded] = []
         new = [] if self._publication is None else [self._publication]
         back = given_back([*self._book.publications(), *new])
-        moved = defaultdict[str, list[Change]](list)
+        moved = defaultdict[str, list[ChangedMark]](list)
         for change in changed_in(self._book, self._course, since_first=True):
             moved[caseless(change.student)] += [change] if change.before is not None else []
-        gather, works = hints.works(self._book, self._course), list[hints.Work]()
+        gather, works = hints.works(self._book, self._course), list[hints.ComparedWork]()
         for name, about in sorted(everybody.items()):
             graded = self._book.current(about.student)
             if graded is None:
@@ -169,7 +169,7 @@ class Reports:
             raise _not_written(self._failures)
         return sum(isinstance(row, Result) for row in rows)
 
-    def _write_hints(self, works: Sequence[hints.Work]) -> None:
+    def _write_hints(self, works: Sequence[hints.ComparedWork]) -> None:
         self._hints = hints.compared(works, self._course)
         with self._file(self._out / HINTS_FILE) as path:
             if self._hints:
@@ -178,7 +178,7 @@ class Reports:
                 path.unlink(missing_ok=True)
 
     def _write_pages(
-        self, graded: Graded, about: StudentRecord, back: frozenset[str] | None, moved: Sequence[Change]
+        self, graded: Graded, about: StudentRecord, back: frozenset[str] | None, moved: Sequence[ChangedMark]
     ) -> Result:
         """Write a student's files, with what was given back (None for all), and moved; return what came out."""
         result = result_in(self._book, self._course, graded, about)

@@ -39,7 +39,7 @@ _NOTEBOOK = ".ipynb"
 _DECIDED = (Status.RIGHT, Status.WRONG)
 
 
-class About(StrEnum):
+class Likeness(StrEnum):
     """What is the same."""
 
     NUMBERS = "Answers that fit a class-mate's bench"
@@ -58,12 +58,12 @@ class Hint:
     """
 
     students: tuple[str, ...]
-    about: About
+    about: Likeness
     evidence: str
 
 
 @dataclass(frozen=True)
-class Work:
+class ComparedWork:
     """What is compared of a student.
 
     Attributes
@@ -90,19 +90,19 @@ class Work:
 # --- the class --------------------------------------------------------------------------------------------------------
 
 
-def works(book: Gradebook, course: Course) -> Callable[[Graded], Work]:
+def works(book: Gradebook, course: Course) -> Callable[[Graded], ComparedWork]:
     """Return a function that gathers what is compared of a student, from the run that counts."""
     given = course.data.rglob("*") if course.data.is_dir() else ()
     handed_out = frozenset(digest(path.read_bytes()) for path in given if path.is_file())
 
-    def work(graded: Graded) -> Work:
+    def work(graded: Graded) -> ComparedWork:
         delivered = {file.name: file.content for file in book.delivered(graded.run.student, notebooks=False)}
         return replace(handed_in(graded, delivered, handed_out), **measured(graded, course))
 
     return work
 
 
-def compared(everybody: Sequence[Work], course: Course) -> list[Hint]:
+def compared(everybody: Sequence[ComparedWork], course: Course) -> list[Hint]:
     """Compare all students of a class."""
     by_numbers = fitting_numbers(everybody, measured_parts(course.key))
     return [*by_numbers, *equal_recordings(everybody), *equal_files(everybody)]
@@ -143,7 +143,7 @@ def measured_parts(key: Key) -> dict[Where, OwnBench]:
 
 
 def measured(graded: Graded, course: Course) -> dict[str, Any]:
-    """Read a student's measured numbers from the run that counts, as fields of :class:`Work`; none if unreadable."""
+    """Read a student's measured numbers from the run that counts: fields of :class:`ComparedWork`, or none."""
     parts = measured_parts(course.key)
     job = marking_job(graded.run)
     try:
@@ -163,7 +163,7 @@ def _is_number(value: object) -> bool:
     return type(value) in (int, float) and bool(value) and math.isfinite(value)  # type: ignore[arg-type]
 
 
-def fitting_numbers(everybody: Sequence[Work], parts: Mapping[Where, OwnBench]) -> list[Hint]:
+def fitting_numbers(everybody: Sequence[ComparedWork], parts: Mapping[Where, OwnBench]) -> list[Hint]:
     """Find wrong numbers that are a class-mate's right ones, or that together fit a class-mate's bench.
 
     What fits several class-mates is no hint.
@@ -174,7 +174,7 @@ def fitting_numbers(everybody: Sequence[Work], parts: Mapping[Where, OwnBench]) 
     parts : from :func:`measured_parts`
     """
     return [
-        Hint((student.student, mate.student), About.NUMBERS, f"{student.student}: {what.format(mate.student)}.")
+        Hint((student.student, mate.student), Likeness.NUMBERS, f"{student.student}: {what.format(mate.student)}.")
         for student in everybody
         for what, mates in _fitting(student, everybody, parts)
         if len(mates) <= MOST_MATES
@@ -183,8 +183,8 @@ def fitting_numbers(everybody: Sequence[Work], parts: Mapping[Where, OwnBench]) 
 
 
 def _fitting(
-    student: Work, everybody: Sequence[Work], parts: Mapping[Where, OwnBench]
-) -> Iterator[tuple[str, list[Work]]]:
+    student: ComparedWork, everybody: Sequence[ComparedWork], parts: Mapping[Where, OwnBench]
+) -> Iterator[tuple[str, list[ComparedWork]]]:
     """Yield what of a student's numbers fits class-mates, and whom; ``{}`` stands for a class-mate's ID."""
     others = [mate for mate in everybody if mate.bench and mate.bench != student.bench]
     for where in sorted(where for where in student.wrong if parts[where].is_discriminating):
@@ -201,7 +201,7 @@ def _numbers(given: Mapping[Where, float]) -> str:
     return ", ".join(f"{question} {part} = {value:g}" for (question, part), value in given.items())
 
 
-def _fits(student: Work, mate: Work, parts: Mapping[Where, OwnBench]) -> bool:
+def _fits(student: ComparedWork, mate: ComparedWork, parts: Mapping[Where, OwnBench]) -> bool:
     """Decide whether all numbers of a student are near what another's bench gives."""
     return all(
         math.isclose(value, mate.bench[where], rel_tol=0, abs_tol=parts[where].rtol * abs(mate.bench[where]))
@@ -212,7 +212,7 @@ def _fits(student: Work, mate: Work, parts: Mapping[Where, OwnBench]) -> bool:
 # --- recordings and files ---------------------------------------------------------------------------------------------
 
 
-def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collection[str] = ()) -> Work:
+def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collection[str] = ()) -> ComparedWork:
     """Gather a student's recordings and files.
 
     Recordings are those of the run that counts and of the ``answers.json`` that was handed in. Where the course gives
@@ -237,7 +237,7 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     }
     own = {known: name for known, name in files.items() if known not in handed_out}
     group = caseless(facts.bench_of or graded.run.student)
-    return Work(graded.run.student, group, recordings=recordings, files=own)
+    return ComparedWork(graded.run.student, group, recordings=recordings, files=own)
 
 
 def _at_home(data: bytes | None) -> dict[str, Any]:
@@ -272,22 +272,22 @@ def digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def equal_recordings(everybody: Sequence[Work]) -> list[Hint]:
+def equal_recordings(everybody: Sequence[ComparedWork]) -> list[Hint]:
     """Find students, of different groups, with recordings of equal samples."""
     text = "{} have the same samples in {}, though each has a bench of their own."
-    shared = _shared(everybody, [student.recordings for student in everybody], len(everybody))
-    return [Hint(who, About.MEASURED, text.format(", ".join(who), ", ".join(places))) for who, places in shared.items()]
+    same = _shared(everybody, [student.recordings for student in everybody], len(everybody))
+    return [Hint(who, Likeness.MEASURED, text.format(", ".join(who), ", ".join(names))) for who, names in same.items()]
 
 
-def equal_files(everybody: Sequence[Work]) -> list[Hint]:
+def equal_files(everybody: Sequence[ComparedWork]) -> list[Hint]:
     """Find students, of different groups, with equal files."""
     text = "{} handed in the same {}: {}."
-    shared = _shared(everybody, [student.files for student in everybody], MOST_ALIKE)
-    return [Hint(who, About.MEASURED, text.format(", ".join(who), *_counted(names))) for who, names in shared.items()]
+    same = _shared(everybody, [student.files for student in everybody], MOST_ALIKE)
+    return [Hint(who, Likeness.MEASURED, text.format(", ".join(who), *_counted(names))) for who, names in same.items()]
 
 
 def _shared(
-    everybody: Iterable[Work], named: Iterable[Mapping[str, str]], most: int
+    everybody: Iterable[ComparedWork], named: Iterable[Mapping[str, str]], most: int
 ) -> dict[tuple[str, ...], list[str]]:
     """Return students of different groups, at most so many, and the names of what all of them have.
 
@@ -297,7 +297,7 @@ def _shared(
     named : of each of them, digest → name
     most : groups
     """
-    owners: dict[str, list[Work]] = defaultdict(list)
+    owners: dict[str, list[ComparedWork]] = defaultdict(list)
     names: dict[str, str] = {}
     for student, theirs in zip(everybody, named, strict=True):
         for known, name in theirs.items():

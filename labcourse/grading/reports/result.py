@@ -13,7 +13,7 @@ from labcourse.grading.gradebook import Arrival, CommentRecord, GivenMark, Grade
 from labcourse.grading.graded_run import facts_of, key_faults
 from labcourse.grading.intake import is_unread
 from labcourse.grading.marks import UNDECIDED, Mark, Status
-from labcourse.grading.reports.changes import Change
+from labcourse.grading.reports.changes import ChangedMark
 from labcourse.messages import plural, shortened
 from labcourse.patterns import pattern
 from labcourse.problems import NOT_COUNTED, Code, Problem, has
@@ -75,7 +75,7 @@ class Result:
     comments: Sequence[CommentRecord] = ()
     account: Account | None = None
     hidden: Collection[str] = ()
-    changes: Sequence[Change] = ()
+    changes: Sequence[ChangedMark] = ()
 
     @property
     def run(self) -> RunRecord:

@@ -126,7 +126,7 @@ class Bundles:
         It is the release that its ``course.json`` names, unless the notebooks contradict that or there is none: then
         the release with most of the course's own cells in the notebooks.
         """
-        named = hand_in.course.get(course_file.RELEASE)
+        named = hand_in.course.get(course_file.RELEASE_KEY)
         cells = frozenset((name, cell.source.strip()) for name, cells in hand_in.notebooks.items() for cell in cells)
         release = closest = max(self._cells, key=lambda name: len(cells & self._cells[name]))
         problems, notes = list[Problem](), list[Problem]()
@@ -176,7 +176,7 @@ def build(course: Course) -> Bundle:
     with tempfile.TemporaryDirectory(prefix="labcourse-course-") as scratch:
         folder = Path(scratch) / "course"
         student_course.build(course, folder)
-        release = (course_file.read(folder / NOTEBOOKS) or {})[course_file.RELEASE]
+        release = (course_file.read(folder / NOTEBOOKS) or {})[course_file.RELEASE_KEY]
         return _bundle(course, folder, (student_course.PACKAGE, *course.packages), release, course.settings.bench)
 
 

@@ -22,7 +22,7 @@ from labcourse.run import alignment, merge
 from labcourse.run.alignment import Change, Happened, Role
 from labcourse.run.merge import Merged
 from labcourse.run.portability import Version
-from labcourse.run.reasons import Claim
+from labcourse.run.reasons import ClaimedCells
 
 _LONGEST_CELL = 64  # characters of a cell's id; as Jupyter allows
 
@@ -54,7 +54,7 @@ class Prepared:
     merged: Merged
     files: Mapping[str, bytes]
     words: Mapping[Where, TextAnswer]
-    claim: Claim | None
+    claim: ClaimedCells | None
     handed_in: tuple[str, ...]
     problems: tuple[Problem, ...]
     notes: tuple[Problem, ...]
@@ -177,7 +177,7 @@ def _changed(change: Change) -> Problem:
     return Problem.of(Code.CELL_CHANGED, cell=change.cell, what=change.what.value, role=change.role.value)
 
 
-def _read_claim(data: bytes, catalogue: Catalogue) -> Claim:
+def _read_claim(data: bytes, catalogue: Catalogue) -> ClaimedCells:
     """Read from the student's own answers.json which answers were recorded at home, whomever it names.
 
     Parameters

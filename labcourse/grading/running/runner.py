@@ -41,7 +41,7 @@ _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" &
 
 
 @dataclass(frozen=True)
-class Limits:
+class RunLimits:
     """The limits of a submission.
 
     Attributes
@@ -84,7 +84,7 @@ class Job:
     parameters: Mapping[str, str] = field(default_factory=dict)
     imports: tuple[str, ...] = ()
     files: Mapping[str, bytes] = field(default_factory=dict)
-    limits: Limits = field(default_factory=Limits)
+    limits: RunLimits = field(default_factory=RunLimits)
     isolated: bool = True
     evidence: str = ""
 
@@ -178,7 +178,7 @@ def is_covered_by_cells(problem: Problem, stops: Iterable[Reason]) -> bool:
     return any(_SAID_BY.get(problem.code, set()) & codes(stop) for stop in stops)
 
 
-def _problems(outcome: Outcome, limits: Limits) -> Iterator[Problem]:
+def _problems(outcome: Outcome, limits: RunLimits) -> Iterator[Problem]:
     """Yield what went wrong with a run as a whole; nothing if all notebooks were run to their end."""
     if outcome.ending is Ending.DEADLINE:
         yield Problem.of(Code.RUN_TIMED_OUT, seconds=limits.submission)

@@ -25,7 +25,7 @@ from labcourse.grading.assignments import exact
 from labcourse.grading.gradebook import Act, Answer, Gradebook, standing
 from labcourse.grading.marks import Status
 from labcourse.grading.reports.result import without_numbers
-from labcourse.grading.scoring.rubric import Item
+from labcourse.grading.scoring.rubric import RubricItem
 from labcourse.grading.settings import LevelSettings
 from labcourse.patterns import ANSWER, pattern
 from labcourse.problems import Problem, Reason, Where
@@ -33,7 +33,7 @@ from labcourse.sentences import sentence
 from labcourse.student_id import caseless
 
 HELD = 120.0  #: s for which an answer is a scorer's: three renewals, and not long after a page was closed by force
-MOST_TOGETHER = 8  #: answers that are scored in one go: each is shown
+MOST_AT_ONCE = 8  #: answers that are scored in one go: each is shown
 REMARK_KEYS = "abcdefg"  #: by which remarks are put in; "h" is help
 _PICTURE = "!["  # in Markdown
 _BEGINNINGS = pattern(
@@ -92,7 +92,7 @@ class Desk:
         self,
         book: Gradebook,
         catalogue: Catalogue,
-        rubric: Mapping[Where, Item],
+        rubric: Mapping[Where, RubricItem],
         levels: LevelSettings,
         names: bool = False,
     ) -> None:
@@ -163,7 +163,7 @@ class Desk:
         group = next((group for group in groups.values() if group[0].student == student), [])
         held = self.book.scores.claimed(where)
         free = [one for one in group[1:] if held.get(one.student, (actor,))[0] == actor]
-        return [*group[:1], *free][:MOST_TOGETHER]
+        return [*group[:1], *free][:MOST_AT_ONCE]
 
     def part_after(self, where: Where) -> Where | None:
         """Return the next part that has answers to score, in the catalogue's order; None without any.

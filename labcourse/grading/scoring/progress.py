@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from labcourse.grading.gradebook import Answer
 
-LEVELS = (4, 3, 2, 1, 0)
+LEVELS = (4, 3, 2, 1, 0)  #: 0 is for what is of no worth, or missing
 
 
 @dataclass(frozen=True)

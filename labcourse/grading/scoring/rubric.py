@@ -28,12 +28,12 @@ from labcourse.grading.course import RUBRIC_FILE
 from labcourse.grading.settings import read_toml, refuse
 from labcourse.problems import Where
 
-LEVELS = (4, 3, 2, 1)  #: exemplary, proficient, developing, beginning
+RUBRIC_LEVELS = (4, 3, 2, 1)  #: exemplary, proficient, developing, beginning
 LONGEST = 500  #: characters of a text; five lines, read before each of eighty answers
 
 
 @dataclass(frozen=True)
-class Item:
+class RubricItem:
     """What a scorer sees when they read the answers to one part.
 
     Attributes
@@ -74,7 +74,7 @@ class _Entry(BaseModel):
     remarks: list[_Text] = []
 
 
-def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, Item]:
+def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, RubricItem]:
     """Return the rubric of the course in a folder, in the catalogue's order; empty without a file.
 
     Parameters
@@ -92,7 +92,7 @@ def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, Item]:
     return items
 
 
-def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, Item], list[str]]:
+def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, RubricItem], list[str]]:
     """Return the valid entries of a rubric, and a message on each fault. Parameters as for :func:`read`."""
     try:
         content = read_toml(folder / RUBRIC_FILE)
@@ -132,9 +132,9 @@ def _fault(where: Where, details: Any) -> str:
     return f"{_place(where)}: {'.'.join(map(str, details['loc']))}: {details['msg']}."
 
 
-def _item(where: Where, content: Any) -> Item:
+def _item(where: Where, content: Any) -> RubricItem:
     entry = _Entry.model_validate(content).model_dump(by_alias=True)
-    levels = {level: entry[str(level)] for level in LEVELS}
+    levels = {level: entry[str(level)] for level in RUBRIC_LEVELS}
     if len(set(levels.values())) < len(levels):
         raise ValueError("two of its levels say the same, so nobody can tell them apart.")
-    return Item(where, entry["look_for"], levels, tuple(entry["remarks"]))
+    return RubricItem(where, entry["look_for"], levels, tuple(entry["remarks"]))

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from labcourse.answers.reflection import Check
+from labcourse.answers.reflection import Comparison
 from rotflex.config import Joint, Servo
 from rotflex.course.questions import CATALOGUE
 from rotflex.course.reflection.beyond import beyond_checks
@@ -21,7 +21,7 @@ from rotflex.course.reflection.modeling import modeling_checks
 _SAME_BENCH = ("seed", "preset")  # what tells virtual benches apart
 
 
-def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int) -> list[Check]:
+def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int) -> list[Comparison]:
     """Return all checks, in the order of the questions.
 
     Parameters
@@ -31,7 +31,7 @@ def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int
     probe_seed : from which the inputs of functions are drawn
     """
     recorded = [
-        Check(((question.number, part.name),), partial(_on_another_bench, bench=bench))
+        Comparison(((question.number, part.name),), partial(_on_another_bench, bench=bench))
         for question in CATALOGUE.questions.values()
         for part in question.parts
         if part.kind == "recording"

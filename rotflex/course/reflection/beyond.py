@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm
 
-from labcourse.answers.reflection import Check
+from labcourse.answers.reflection import Comparison
 from rotflex.config import Servo
 from rotflex.course.questions import CATALOGUE
 from rotflex.course.reflection import common, modeling
@@ -18,7 +18,7 @@ from rotflex.specifications import SAMPLE_TIME
 _SLOW = 0.03  # s, sample time of 4.5 and 4.6
 
 
-def beyond_checks(servo: Servo) -> list[Check]:
+def beyond_checks(servo: Servo) -> list[Comparison]:
     """Return the checks of notebook 11.
 
     Parameters
@@ -28,10 +28,10 @@ def beyond_checks(servo: Servo) -> list[Check]:
     A, B = ("2.14", "A"), ("2.14", "B")
     Phi, Gamma = ("4.5", "Phi"), ("4.5", "Gamma")
     return [
-        Check((("4.3", "L"), A, B), by_own_voltage_model(servo, _fades)),
-        Check((Phi, Gamma, A, B), by_own_voltage_model(servo, _held)),
-        Check((("4.6", "K"), Phi, Gamma, ("3.4", "desired_poles")), _placed),
-        Check((("4.9", "alpha"), ("4.9", "V_m"), ("2.6", "theta_ddot"), ("2.6", "alpha_ddot")), _flat),
+        Comparison((("4.3", "L"), A, B), by_own_voltage_model(servo, _fades)),
+        Comparison((Phi, Gamma, A, B), by_own_voltage_model(servo, _held)),
+        Comparison((("4.6", "K"), Phi, Gamma, ("3.4", "desired_poles")), _placed),
+        Comparison((("4.9", "alpha"), ("4.9", "V_m"), ("2.6", "theta_ddot"), ("2.6", "alpha_ddot")), _flat),
     ]
 
 

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from labcourse.answers.parts import Part
-from labcourse.answers.reflection import Check
+from labcourse.answers.reflection import Comparison
 from rotflex import response
 from rotflex.config import Servo
 from rotflex.course.questions import CATALOGUE
@@ -75,7 +75,7 @@ def by_own_voltage_model(servo: Servo, ask: Callable[..., str | None]) -> Callab
     return lambda *own: ask(*own[:-2], *with_actuator(own[-2], own[-1], servo))
 
 
-def control_checks(servo: Servo) -> list[Check]:
+def control_checks(servo: Servo) -> list[Comparison]:
     """Return the checks of the design, the responses and the tables.
 
     Parameters
@@ -85,23 +85,23 @@ def control_checks(servo: Servo) -> list[Check]:
     given = ("2.14", "A"), ("2.14", "B")
     wanted, desired, K = ("3.4", "desired_poles"), ("3.4", "polynomial"), ("3.8", "K")
     design = [
-        Check((("3.2", "polynomial"), ("2.18", "poles")), partial(_polynomial, number="2.18")),
-        Check((wanted,), _as_asked),
-        Check((desired, wanted), partial(_polynomial, number="3.4")),
-        Check((("3.5", "K_c"), ("3.3", "A_c"), ("3.3", "B_c"), desired), _companion_gain),
-        Check((("3.7", "W"), *given), by_own_voltage_model(servo, _transforms)),
-        Check((K, wanted, *given), by_own_voltage_model(servo, _gain)),
-        Check((("3.10", "K"), wanted, *given), by_own_voltage_model(servo, _gain)),
-        Check((("3.11", "response"), K, *given), by_own_voltage_model(servo, _simulated)),
+        Comparison((("3.2", "polynomial"), ("2.18", "poles")), partial(_polynomial, number="2.18")),
+        Comparison((wanted,), _as_asked),
+        Comparison((desired, wanted), partial(_polynomial, number="3.4")),
+        Comparison((("3.5", "K_c"), ("3.3", "A_c"), ("3.3", "B_c"), desired), _companion_gain),
+        Comparison((("3.7", "W"), *given), by_own_voltage_model(servo, _transforms)),
+        Comparison((K, wanted, *given), by_own_voltage_model(servo, _gain)),
+        Comparison((("3.10", "K"), wanted, *given), by_own_voltage_model(servo, _gain)),
+        Comparison((("3.11", "response"), K, *given), by_own_voltage_model(servo, _simulated)),
     ]
     measured = [
-        Check(((measured, name), (recorded, "response")), partial(_quantity, CATALOGUE.find(measured).part(name)))
+        Comparison(((measured, name), (recorded, "response")), partial(_quantity, CATALOGUE.find(measured).part(name)))
         for recorded, measured in MEASURED.items()
         for name in _QUANTITIES
     ]
     # The gain of partial state feedback is made of an answer, and repeats none.
     tables = [
-        Check(((table.number, part.name), part.shows), partial(_repeats, part))
+        Comparison(((table.number, part.name), part.shows), partial(_repeats, part))
         for table in CATALOGUE.tables.values()
         for part in table.parts
         if part.shows is not None and part.name != "K_psf"

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from labcourse.answers.reflection import Check
+from labcourse.answers.reflection import Comparison
 from rotflex.config import Joint, Servo
 from rotflex.course.probes import PLANT_PARAMETERS
 from rotflex.course.reflection.common import (
@@ -41,7 +41,7 @@ _RINGS = 0.1  # relative, of omega_n: K_s and omega_n of two digits are 6 % apar
 _EXACT = 1e-3  # relative: outputs are stored to six digits, and a third may be 0.333
 
 
-def modeling_checks(servo: Servo, joint: Joint, probe_seed: int) -> tuple[Check, ...]:
+def modeling_checks(servo: Servo, joint: Joint, probe_seed: int) -> tuple[Comparison, ...]:
     """Return the checks of derivation, stiffness and model.
 
     Parameters
@@ -55,16 +55,16 @@ def modeling_checks(servo: Servo, joint: Joint, probe_seed: int) -> tuple[Check,
     A, B = ("2.14", "A"), ("2.14", "B")
     numbers = partial(_numbers, servo=servo)
     return (
-        Check((("2.3", "L"), ("2.2", "T"), ("2.1", "V")), _lagrangian),
-        Check((*rates, ("2.4", "equation"), ("2.5", "equation")), _solve),
-        Check((omega_n, ("2.9", "sweep")), _peak),
-        Check((J_l, ("2.8", "J_l")), partial(_inertia, joint=joint)),
-        Check((K_s, J_l, omega_n), _stiffness),
-        Check((("2.13", "state_space"), *paper), partial(_code, probe_seed=probe_seed)),
-        Check((A, paper[0], K_s, J_l), numbers),
-        Check((B, paper[1], K_s, J_l), numbers),
-        Check((A, B, omega_n), _rings),
-        Check((("2.18", "poles"), A, B), partial(_open_loop, servo=servo)),
+        Comparison((("2.3", "L"), ("2.2", "T"), ("2.1", "V")), _lagrangian),
+        Comparison((*rates, ("2.4", "equation"), ("2.5", "equation")), _solve),
+        Comparison((omega_n, ("2.9", "sweep")), _peak),
+        Comparison((J_l, ("2.8", "J_l")), partial(_inertia, joint=joint)),
+        Comparison((K_s, J_l, omega_n), _stiffness),
+        Comparison((("2.13", "state_space"), *paper), partial(_code, probe_seed=probe_seed)),
+        Comparison((A, paper[0], K_s, J_l), numbers),
+        Comparison((B, paper[1], K_s, J_l), numbers),
+        Comparison((A, B, omega_n), _rings),
+        Comparison((("2.18", "poles"), A, B), partial(_open_loop, servo=servo)),
     )
 
 

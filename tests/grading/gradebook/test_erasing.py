@@ -13,7 +13,7 @@ from gradebooks import enrol, graded, mark, prose, record, report_text
 from sqlalchemy import insert, select
 
 from labcourse import clock
-from labcourse.answers.cell_reports import Reports
+from labcourse.answers.cell_reports import CellReports
 from labcourse.errors import GradebookError
 from labcourse.grading import erasure
 from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, StudentRecord
@@ -279,7 +279,7 @@ def test_short_names_are_not_looked_for():
 
 
 def test_an_id_that_somebody_typed_in_a_notebook_is_erased():
-    facts = Facts(reports=Reports(unused=(("a.ipynb", "student", "ann"), ("a.ipynb", "bench", "x"))))
+    facts = Facts(reports=CellReports(unused=(("a.ipynb", "student", "ann"), ("a.ipynb", "bench", "x"))))
     erased = erasure._redacted(facts, Person(StudentRecord("ann")))
     assert erased.reports.unused == (("a.ipynb", "student", "[erased]"), ("a.ipynb", "bench", "x"))
 

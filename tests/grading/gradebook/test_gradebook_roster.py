@@ -179,7 +179,7 @@ def test_a_file_that_is_no_roster_is_refused_as_a_whole(book, imported, content,
 
 
 def test_an_import_is_one_transaction(book, imported, monkeypatch):
-    entries = [roster.Entry("ada", {}), roster.Entry("bob", {"shoe": "42"})]
+    entries = [roster.RosterEntry("ada", {}), roster.RosterEntry("bob", {"shoe": "42"})]
     monkeypatch.setattr(roster, "read", lambda _: (entries, [], []))
     with monkeypatch.context() as patch, pytest.raises(AttributeError, match="shoe"):
         patch.setattr(book._database, "reading", None)  # what is read is read in the transaction that writes

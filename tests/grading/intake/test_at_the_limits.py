@@ -13,7 +13,7 @@ from labcourse.errors import GradingError
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives, finding, owners, platforms, reading
-from labcourse.grading.intake.archives import Entry, Shelf, Unreadable
+from labcourse.grading.intake.archives import Shelf, StoredFile, Unreadable
 from labcourse.problems import Code, Problem, has
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace")]
@@ -93,10 +93,10 @@ def test_bytes_of_a_zips_table_of_contents(tmp_path, monkeypatch, fits):
     limited(monkeypatch, archives, "MAX_DIRECTORY", table, fits)
     with Shelf() as shelf:
         if fits:
-            assert len(shelf.listing(Entry(tmp_path, "ada.zip", 0)).files) == len(work("ada"))
+            assert len(shelf.listing(StoredFile(tmp_path, "ada.zip", 0)).files) == len(work("ada"))
         else:
             with pytest.raises(Unreadable) as refused:
-                shelf.listing(Entry(tmp_path, "ada.zip", 0))
+                shelf.listing(StoredFile(tmp_path, "ada.zip", 0))
             assert refused.value.problem == Problem.of(Code.LONG_TABLE_OF_CONTENTS, most=table - 1)
 
 
@@ -190,16 +190,16 @@ def test_what_is_damaged_counts_as_what_it_says(tmp_path, monkeypatch, fits):
     packed = bytearray(zipped({"damaged.csv": b"0123456789" * 1000, "x.csv": b"1"}))
     packed[packed.index(b"damaged.csv") + 20] ^= 0xFF
     lay(tmp_path, {"ada.zip": bytes(packed)})
-    archive = Entry(tmp_path, "ada.zip", len(packed))
+    archive = StoredFile(tmp_path, "ada.zip", len(packed))
     with Shelf() as shelf:
         with pytest.raises(Unreadable) as refused:
-            shelf.read(Entry(archive, "damaged.csv", 10_000), 10_000)
+            shelf.read(StoredFile(archive, "damaged.csv", 10_000), 10_000)
         assert refused.value.problem.code is Code.ARCHIVE_DAMAGED
         if fits:
-            assert shelf.read(Entry(archive, "x.csv", 1), 10) == b"1"
+            assert shelf.read(StoredFile(archive, "x.csv", 1), 10) == b"1"
         else:
             with pytest.raises(Unreadable) as refused:
-                shelf.read(Entry(archive, "x.csv", 1), 10)
+                shelf.read(StoredFile(archive, "x.csv", 1), 10)
             assert refused.value.problem == Problem.of(Code.TOO_MANY_BYTES, most=10_000, with_others=True)
 
 
@@ -300,7 +300,7 @@ def test_a_list_of_times(tmp_path, monkeypatch, fits):
 TEXT = (ROOT / "docs" / "handing_in.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("platform", sorted(platforms.PLATFORMS))
+@pytest.mark.parametrize("platform", sorted(platforms.DOWNLOAD_NAMES))
 def test_the_examples_of_names_are_understood(platform):
     (examples,) = re.findall(rf"^\| {platform}'s .+? \| (.+) \|$", TEXT, re.MULTILINE)
     names = [example.removesuffix("/…") for example in re.findall(r"`(.+?)`", examples)]

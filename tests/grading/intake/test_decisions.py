@@ -8,7 +8,7 @@ from packings import WANTED, lay, notebook, work, zipped
 
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import Delivery, StudentRecord
-from labcourse.grading.intake import OWNER, TIME
+from labcourse.grading.intake import OWNER, TIME_RECEIVED
 from labcourse.grading.intake.platforms import parse_time
 from labcourse.problems import Code, Problem
 
@@ -83,7 +83,7 @@ def test_an_instructor_decides_owner_and_time(tmp_path):
         ("my work.zip", OWNER): "ada",
         ("loose.ipynb", OWNER): "bob",
         ("cleo.zip", OWNER): "nobody at all",
-        ("cleo.zip", TIME): "2026-11-19 08:00",
+        ("cleo.zip", TIME_RECEIVED): "2026-11-19 08:00",
     }
     found = intake.find(tmp_path, roster, decisions=decisions)
     assert [one.student for one in found.submissions] == ["ada", "bob", "cleo"]

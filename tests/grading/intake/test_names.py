@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labcourse.grading.intake.platforms import PLATFORMS, Label, label_of, platforms_of, without_copy_number
+from labcourse.grading.intake.platforms import DOWNLOAD_NAMES, Label, label_of, platforms_of, without_copy_number
 
 WHEN = datetime(2026, 11, 21, 13, 5, 59)
 
@@ -84,5 +84,5 @@ def test_the_number_of_a_copy_is_read(name, again):
 
 @given(st.text(st.sampled_from("a1_- ,:/()LATEattempt\u00fc\n"), max_size=400))
 def test_any_name_is_read_at_once(name):
-    assert {*platforms_of(name)} <= {*PLATFORMS}
+    assert {*platforms_of(name)} <= {*DOWNLOAD_NAMES}
     without_copy_number(name)

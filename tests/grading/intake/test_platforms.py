@@ -177,7 +177,7 @@ SAVED, LAID = datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC), datetime(2026, 11, 
 def test_the_clock_of_the_students_computer_is_no_time_of_receipt(tmp_path, files, is_trusted):
     found = intake.find(lay(tmp_path, files, LAID), ROSTER)
     piece = only_piece(found)
-    assert bool(piece.clock) == is_trusted == (intake.TIME not in {one.about for one in found.doubts})
+    assert bool(piece.clock) == is_trusted == (intake.TIME_RECEIVED not in {one.about for one in found.doubts})
     if is_trusted:
         assert piece.received == LAID
 

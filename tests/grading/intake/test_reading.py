@@ -384,7 +384,7 @@ def test_nothing_leads_outside_and_everything_is_taken_or_reported(files, tmp_pa
     reported = {name for note in result.notes for name in (note.where, *note.parameters.get("files", []))}
     many = has(Code.MORE_OWN_FILES_REFUSED, result.notes) or any("more" in note.parameters for note in result.notes)
     with archives.Shelf() as shelf:
-        listing = shelf.listing(archives.Entry(root, "ada.zip", 0))
+        listing = shelf.listing(archives.StoredFile(root, "ada.zip", 0))
     for path in {*listing.files, *listing.refused} - taken - {*WANTED, "course.json"}:
         assert many or {path, shown(path)} & reported, path
 

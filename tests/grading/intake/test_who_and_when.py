@@ -187,7 +187,7 @@ def test_honest_names_ask_nothing_and_all_is_read(tmp_path, form, layout):
         }
         path = laid(tmp_path / str(number), layout, files)
         found = intake.find(path, roster(form, "number" if form in BLIND else "name"))
-        asked = [row for row in found.doubts if row.about != intake.TIME]
+        asked = [row for row in found.doubts if row.about != intake.TIME_RECEIVED]
         assert not asked and not found.ignored, (part, asked, found.ignored)
         assert [one.student for one in found.submissions] == ["ada", "eve"], part
         for one in found.submissions:

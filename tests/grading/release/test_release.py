@@ -25,7 +25,7 @@ from labcourse.answers.parts import Question, number, prose
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
 from labcourse.grading.release import student_course, student_notebooks
-from labcourse.grading.release.student_notebooks import BEGIN, END
+from labcourse.grading.release.student_notebooks import BEGIN_CODE, END_CODE
 
 
 def code(source, cell_id="a", **metadata):
@@ -76,7 +76,7 @@ def test_an_answer_that_would_be_released_with_its_solution_is_refused_by_name(s
 )
 @pytest.mark.parametrize("kind", ["code", "words"])
 def test_a_second_mark_in_other_letters_beside_a_right_pair_is_refused(kind, spelt):
-    begin, end, cell = (BEGIN, END, answer) if kind == "code" else (words.BEGIN, words.END, in_words)
+    begin, end, cell = (BEGIN_CODE, END_CODE, answer) if kind == "code" else (words.BEGIN, words.END, in_words)
     with pytest.raises(GradingError):
         released_cells(cell(f"{begin}\nsecret = 1\n{end}\n{spelt}\nsecret = 2"))
     with pytest.raises(GradingError):
@@ -271,7 +271,7 @@ def test_no_line_of_a_solution_is_left_in_the_released_notebooks(released):
 def _solution_lines(source):
     inside, lines = False, []
     for line in source.split("\n"):
-        begin, end = (student_notebooks.BEGIN, words.BEGIN), (student_notebooks.END, words.END)
+        begin, end = (student_notebooks.BEGIN_CODE, words.BEGIN), (student_notebooks.END_CODE, words.END)
         inside = (inside or line.strip() in begin) and line.strip() not in end
         if inside and len(line.strip()) > 3 and line.strip() not in begin:
             lines.append(line)

@@ -21,7 +21,7 @@ from labcourse.grading.marking.checks import ForAPerson, Number
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import hints
 from labcourse.grading.reports.grades import Reports
-from labcourse.grading.reports.hints import Work
+from labcourse.grading.reports.hints import ComparedWork
 from labcourse.grading.verdicts import OwnBench
 from rotflex import experiments, hil
 from rotflex.course.questions import CATALOGUE
@@ -42,7 +42,7 @@ def right(name, random):
     bench[Z] = bench[Y] * bench[X] ** 2
     x = STEP * round(bench[X] / STEP)
     given = {X: x, Y: bench[Y], Z: bench[Y] * x**2}
-    return Work(name, bench=bench, given=given, right=frozenset(PARTS))
+    return ComparedWork(name, bench=bench, given=given, right=frozenset(PARTS))
 
 
 def answering(one, wrong, **given):

@@ -25,7 +25,7 @@ from labcourse.run import from_notebook
 from labcourse.run.inside import BROKEN, EVIDENCE_FILE, FINE, TIMED_OUT
 from rotflex.cli import app
 
-USUAL = runner.Limits()
+USUAL = runner.RunLimits()
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def test_without_options_the_limits_are_the_usual_ones(settings_of):
 )
 def test_each_option_changes_its_limit_and_no_other(settings_of, options, limits):
     made = settings_of(*options).limits
-    assert made == runner.Limits(**limits) != USUAL
+    assert made == runner.RunLimits(**limits) != USUAL
 
 
 def test_the_other_options_are_each_their_own(settings_of):
@@ -86,7 +86,7 @@ def test_options_have_a_least_value(settings_of, tmp_path, option, least):
     assert f"should be greater than or equal to {least} " in said and option in said
 
 
-LIMITS = runner.Limits(cell=7, submission=77.5, memory=300 * 2**20, processes=9, folder=12345)
+LIMITS = runner.RunLimits(cell=7, submission=77.5, memory=300 * 2**20, processes=9, folder=12345)
 
 
 @pytest.mark.parametrize("isolated", [True, False])

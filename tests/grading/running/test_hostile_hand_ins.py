@@ -19,7 +19,7 @@ from hostile_own_files import MODULES, OWN_FILES
 from hostile_words import WORDS
 from said_problems import within
 
-from labcourse.answers.cell_reports import Reports
+from labcourse.answers.cell_reports import CellReports
 from labcourse.answers.notebooks import MAX_CELLS
 from labcourse.answers.own_files import MAX_FILES, MAX_TOTAL
 from labcourse.grading import course as courses
@@ -74,7 +74,7 @@ def taken(request, frame, tmp_path, handed_in):
     reasons = explain(
         bundle.pristine,
         ready.merged,
-        Reports(),
+        CellReports(),
         set(ready.words),
         course.catalogue,
         handed_in=ready.handed_in,

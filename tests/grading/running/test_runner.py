@@ -34,7 +34,7 @@ COURSE = Course(
     parameters={"bench": "virtual"},
     imports=("rotflex.course.lab",),
 )
-QUICK = runner.Limits(cell=60, submission=200)
+QUICK = runner.RunLimits(cell=60, submission=200)
 RECORD = """
 import json, pathlib
 book = pathlib.Path("answers.json")
@@ -148,7 +148,7 @@ def test_what_runs_in_the_sandbox_is_known_by_its_content(course, tmp_path, monk
 
 @pytest.mark.scheduled
 def test_an_endless_cell_is_stopped_and_the_rest_is_run(course):
-    limits = runner.Limits(cell=5, submission=200)
+    limits = runner.RunLimits(cell=5, submission=200)
     answers, problems = run(course, "answers = {'x': 1}", "while True:\n    pass", "answers = {'y': 2}", limits)
     assert answers == {"x": 1, "y": 2}
     assert problems == (Problem.of(Code.CELL_TIMED_OUT, seconds=5),)
@@ -157,7 +157,7 @@ def test_an_endless_cell_is_stopped_and_the_rest_is_run(course):
 @pytest.mark.scheduled
 def test_a_submission_that_will_not_stop_is_stopped_at_the_deadline_and_keeps_what_it_had(course):
     stubborn = "import time\nwhile True:\n    try:\n        time.sleep(1)\n    except KeyboardInterrupt:\n        pass"
-    answers, problems = run(course, "answers = {'x': 1}", stubborn, limits=runner.Limits(cell=1000, submission=15))
+    answers, problems = run(course, "answers = {'x': 1}", stubborn, limits=runner.RunLimits(cell=1000, submission=15))
     assert answers == {"x": 1}
     assert problems == (Problem.of(Code.RUN_TIMED_OUT, seconds=15),)
 
@@ -191,7 +191,12 @@ def test_a_run_that_is_called_off_ends_before_its_time(course):
     cancelled = threading.Event()
     cancelled.set()
     with pytest.raises(GradingError, match="cancelled"):
-        run(course, "import time\ntime.sleep(600)", limits=runner.Limits(cell=600, submission=600), cancelled=cancelled)
+        run(
+            course,
+            "import time\ntime.sleep(600)",
+            limits=runner.RunLimits(cell=600, submission=600),
+            cancelled=cancelled,
+        )
 
 
 def test_a_course_that_cannot_be_imported_is_refused_before_anything_is_run(course):

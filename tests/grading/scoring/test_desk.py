@@ -9,7 +9,7 @@ from scoring_class import COMPARED, LEVELS, RUBRIC, WORDS, desk, fill, texts
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.outcomes import Judged, evidence
 from labcourse.grading.scoring import progress
-from labcourse.grading.scoring.desk import MOST_TOGETHER, Pick, key_of, seen, state
+from labcourse.grading.scoring.desk import MOST_AT_ONCE, Pick, key_of, seen, state
 from labcourse.grading.settings import LevelSettings
 
 EQUAL = ["It bends, for there is friction in the joint.", "it  bends for there is friction in the joint"]
@@ -76,9 +76,9 @@ def test_answers_that_differ_in_a_sign_or_have_a_picture_or_a_pdf_are_read_alone
 
 
 def test_more_than_fit_on_a_page_come_on_the_next_and_what_was_unticked_comes_again(book):
-    made = desk_of(book, [EQUAL[0]] * (MOST_TOGETHER + 3))
+    made = desk_of(book, [EQUAL[0]] * (MOST_AT_ONCE + 3))
     first = made.next("Ann", WORDS)
-    assert len(first) == MOST_TOGETHER
+    assert len(first) == MOST_AT_ONCE
     made.give("Ann", WORDS, picks(first[:-1]), level=4)
     assert first[-1].student in [one.student for one in made.next("Ann", WORDS)]
     assert len(made.next("Ann", WORDS)) == 4

@@ -54,7 +54,7 @@ def test_all_parts_that_a_person_marks_are_read_in_the_catalogues_order(read):
     backwards = "\n".join(map(entry, reversed(PLACES)))
     items = read(backwards)
     assert list(items) == [("1.1", "why"), ("1.2", "loss"), ("Report", "aim"), ("Report, as a whole", "order")]
-    assert items["1.2", "loss"] == rubric.Item(
+    assert items["1.2", "loss"] == rubric.RubricItem(
         ("1.2", "loss"), "The cause.", {4: "Cause and size.", 3: "Cause.", 2: "Part of it.", 1: "None."}, ("Say why.",)
     )
 

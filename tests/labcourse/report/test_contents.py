@@ -16,7 +16,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem
 from labcourse.errors import AnswerError
 from labcourse.report import contents, making, recorded_figures, writing
-from labcourse.report.contents import Heading, Recorded, Text
+from labcourse.report.contents import Exhibit, Heading, Text
 from labcourse.run import RUNNING
 from labcourse.session import Session
 from rotflex.course.questions import CATALOGUE as OURS
@@ -100,7 +100,7 @@ def read(lab, tmp_path):
 
 
 def recorded(found, label):
-    return next(piece for piece in found.pieces if isinstance(piece, Recorded) and piece.label == label)
+    return next(piece for piece in found.pieces if isinstance(piece, Exhibit) and piece.label == label)
 
 
 def texts(found):
@@ -204,7 +204,7 @@ def test_nothing_is_left_out_of_the_texts_of_the_solved_notebooks(name, tmp_path
     found = contents.read(Session("ada", tmp_path, OURS, {}, 1), tmp_path, name, NOON)
     made = writing.write(found)
     assert made.problems == () and len([piece for piece in found.pieces if isinstance(piece, Heading)]) >= 13
-    numbers = {piece.label.split()[-1] for piece in found.pieces if isinstance(piece, Recorded)}
+    numbers = {piece.label.split()[-1] for piece in found.pieces if isinstance(piece, Exhibit)}
     mentioned = {number for text in texts(found) for number in re.findall(r"(?:Figure|Table) (\d[\d.]*\d|\d)", text)}
     assert numbers == mentioned & numbers and made.page.count('href="#figure-') >= 3 and 'href="#table-' in made.page
 

@@ -10,14 +10,14 @@ from report_texts import of_text
 
 from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.cell_reports import Reports
+from labcourse.answers.cell_reports import CellReports
 from labcourse.answers.parts import Question, ReportItem, number
 from labcourse.errors import AnswerError
 from labcourse.problems import Code, Problem, has
 from labcourse.report import writing
 from labcourse.run import check as checking
 from labcourse.run import student_folder
-from labcourse.run.check import GOOD, State
+from labcourse.run.check import GOOD, CheckState
 from labcourse.run.submit import submit
 from labcourse.session import Session
 
@@ -112,17 +112,17 @@ def checked(folder, monkeypatch, text=""):
     about = {"nbgrader": {"solution": True}, "labcourse": {"question": "First report", "part": "Results"}}
     cell = {"cell_type": "markdown", "id": "results", "metadata": about, "source": "**✎ Your answer**"}
     (folder / "02.ipynb").write_bytes(saved(notebook({**cell, "source": f"{cell['source']}\n\n{text}"})))
-    monkeypatch.setattr(checking, "_run", lambda *_: (None, Reports()))
+    monkeypatch.setattr(checking, "_run", lambda *_: (None, CellReports()))
     return checking.check(folder, {"02.ipynb": notebook(cell)}, CATALOGUE)
 
 
 @pytest.mark.parametrize(
     ("text", "pdf", "state"),
     [
-        ("", None, State.EMPTY),
-        ("", composed(), State.EMPTY),
-        ("", typeset(), State.IN_PDF),
-        ("It swings.", typeset(), State.WRITTEN),
+        ("", None, CheckState.EMPTY),
+        ("", composed(), CheckState.EMPTY),
+        ("", typeset(), CheckState.IN_PDF),
+        ("It swings.", typeset(), CheckState.WRITTEN),
     ],
     ids=["nothing", "made of the notebook", "own", "own and a text"],
 )
@@ -131,7 +131,7 @@ def test_what_a_check_says_of_a_text(folder, monkeypatch, text, pdf, state):
         (folder / NAME).write_bytes(pdf)
     found = checked(folder, monkeypatch, text)
     assert [part.state for part in found.parts] == [state]
-    assert (state in GOOD) == (state is not State.EMPTY)
+    assert (state in GOOD) == (state is not CheckState.EMPTY)
     assert has(Code.OWN_REPORT_READ, found.notes, "First report") == (pdf == typeset())
 
 

@@ -10,7 +10,7 @@ from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 from labcourse.answers.answers import AnswerBook
 from labcourse.problems import Code, Problem, has
 from labcourse.run import commands
-from labcourse.run.check import Checked, Part, State, check
+from labcourse.run.check import Checked, CheckedPart, CheckState, check
 from labcourse.run.portability import HERE, version_text
 from labcourse.sentences import sentence
 from rotflex.course.questions import CATALOGUE
@@ -98,7 +98,10 @@ def test_all_that_is_there_is_found_with_helper_cells_own_files_and_words(folder
     begun = []
     found = check(folder, MASTERS, CATALOGUE, report=begun.append)
     recorded = [(question, part) for question, parts in RECORDED.items() for part in parts]
-    assert states(found) == {("2.11", "explanation"): State.WRITTEN, **dict.fromkeys(recorded, State.RECORDED)}
+    assert states(found) == {
+        ("2.11", "explanation"): CheckState.WRITTEN,
+        **dict.fromkeys(recorded, CheckState.RECORDED),
+    }
     assert found.good and (found.advice, found.notes) == ((), ())
     assert found.summary == "All there: 3 questions." and begun == list(MASTERS)
     assert {path: path.read_bytes() for path in folder.iterdir()} == before  # nothing of the student's is touched
@@ -110,9 +113,9 @@ def test_what_stopped_and_what_builds_on_it_is_told_and_no_value_is(folder):
     edit(folder / "01_swing.ipynb", lambda cells: cells[2].update(source="import cmath"))
     edit(folder / "01_swing.ipynb", lambda cells: cells.pop(0))
     found = check(folder, MASTERS, CATALOGUE)
-    missing = {where for where, state in states(found).items() if state is State.MISSING}
+    missing = {where for where, state in states(found).items() if state is CheckState.MISSING}
     assert missing == {("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")} and not found.good
-    assert states(found)["2.11", "explanation"] is State.EMPTY
+    assert states(found)["2.11", "explanation"] is CheckState.EMPTY
     assert found.summary == "1 of 3 questions are all there."
     (stop,) = found.stops
     assert sentence(stop) == "2.11 stopped: NameError, name 'omgea' is not defined, line 2; 2.12 builds on it."
@@ -134,11 +137,16 @@ def test_what_stopped_and_what_builds_on_it_is_told_and_no_value_is(folder):
 
 def test_what_is_said_fits_a_screen_and_says_how_to_see_the_rest():
     parts = [
-        Part(f"{n:02}_x.ipynb", f"{n}.{m}", "a", State.MISSING, Problem.of(Code.REFUSED, why=f"took {n}.{m} s"))
+        CheckedPart(
+            f"{n:02}_x.ipynb", f"{n}.{m}", "a", CheckState.MISSING, Problem.of(Code.REFUSED, why=f"took {n}.{m} s")
+        )
         for n in range(9)
         for m in range(5)
     ]
-    parts += [Part("09_x.ipynb", "9.1", "a", State.EMPTY), Part("10_x.ipynb", "10.1", "a", State.RECORDED)]
+    parts += [
+        CheckedPart("09_x.ipynb", "9.1", "a", CheckState.EMPTY),
+        CheckedPart("10_x.ipynb", "10.1", "a", CheckState.RECORDED),
+    ]
     notes = tuple(Problem.of(Code.SAID_BY_COURSE, text=f"Note {n}.") for n in range(9))
     checked = Checked("ada", Path("work"), tuple(parts), notes=notes)
     said = [*commands.lines(checked)]
@@ -156,7 +164,7 @@ def test_an_answer_other_than_on_the_page_or_missing_is_told_with_what_to_do(fol
     put(folder, {**GOOD, "q1": "omega_n = 21.0", "q2": "K_s = 1.6\nJ_l = None"})
     recorded_at_home(folder, RECORDED)
     found = check(folder, MASTERS, CATALOGUE)
-    assert states(found)["2.11", "omega_n"] is State.DIFFERENT
+    assert states(found)["2.11", "omega_n"] is CheckState.DIFFERENT
     answers = ["2.11 in 01_swing.ipynb", "2.12 in 01_swing.ipynb"]
     assert found.advice == found.unlike == (Problem.of(Code.ANSWERS_UNLIKE, answers=answers),)
 
@@ -165,7 +173,7 @@ def test_a_notebook_that_is_missing_or_broken_and_one_that_ends_python_are_told(
     put(folder, {**GOOD, "q1": "omega_n = 20.0\nexit()"})
     (folder / "02_later.ipynb").rename(folder / "02_later (1).ipynb")
     found = check(folder, MASTERS, CATALOGUE)
-    assert not found.good and states(found)["0.1", "resolution"] is State.EMPTY
+    assert not found.good and states(found)["0.1", "resolution"] is CheckState.EMPTY
     assert found.problems == (Problem.of(Code.MISNAMED, "02_later.ipynb", similar=["02_later (1).ipynb"]),)
     assert "Is it 02_later (1).ipynb?" in sentence(found.problems[0])
     assert found.stops[0].parameters["why"].code is Code.LEFT_PYTHON

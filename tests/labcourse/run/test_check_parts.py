@@ -3,7 +3,7 @@
 import pytest
 
 from labcourse.problems import Code, Problem
-from labcourse.run.check import State, _state, alike
+from labcourse.run.check import CheckState, _state, alike
 from labcourse.run.reasons import Reasons
 
 WHERE, WHY = ("2.10", "spectrum"), Problem.of(Code.BUILDS_ON_UNANSWERED, on="2.9")
@@ -27,17 +27,22 @@ NONE, STOPPED, BEGUN = recorded(None), Reasons({WHERE: WHY}), frozenset([WHERE])
 @pytest.mark.parametrize(
     ("now", "before", "why", "state"),
     [
-        (number(20.0), NONE, STOPPED, State.RECORDED),
-        (number(20.0), number(20.0), STOPPED, State.RECORDED),
-        (number(20.0), number(21.0), STOPPED, State.DIFFERENT),
-        (number(20.0), number(21.0, seed=2), STOPPED, State.DIFFERENT),
-        (function(1.0), function(1.0), STOPPED, State.RECORDED),
-        (function(1.0), function(1.5), STOPPED, State.DIFFERENT),
-        (function(1.0), function(1.5, seed=2), STOPPED, State.RECORDED),  # tried on other inputs: nothing to compare
-        (NONE, number(20.0), Reasons({}), State.EMPTY),
-        (NONE, NONE, Reasons({WHERE: WHY}, begun=BEGUN), State.MISSING),
-        (NONE, number(20.0), STOPPED, State.MISSING),
-        (NONE, NONE, STOPPED, State.EMPTY),  # of what nobody has begun
+        (number(20.0), NONE, STOPPED, CheckState.RECORDED),
+        (number(20.0), number(20.0), STOPPED, CheckState.RECORDED),
+        (number(20.0), number(21.0), STOPPED, CheckState.DIFFERENT),
+        (number(20.0), number(21.0, seed=2), STOPPED, CheckState.DIFFERENT),
+        (function(1.0), function(1.0), STOPPED, CheckState.RECORDED),
+        (function(1.0), function(1.5), STOPPED, CheckState.DIFFERENT),
+        (
+            function(1.0),
+            function(1.5, seed=2),
+            STOPPED,
+            CheckState.RECORDED,
+        ),  # tried on other inputs: nothing to compare
+        (NONE, number(20.0), Reasons({}), CheckState.EMPTY),
+        (NONE, NONE, Reasons({WHERE: WHY}, begun=BEGUN), CheckState.MISSING),
+        (NONE, number(20.0), STOPPED, CheckState.MISSING),
+        (NONE, NONE, STOPPED, CheckState.EMPTY),  # of what nobody has begun
     ],
 )
 def test_a_part_is_other_than_on_the_page_or_missing_where_that_can_be_known(now, before, why, state):

@@ -13,7 +13,7 @@ from labcourse.answers import notebooks
 from labcourse.courses import InstalledCourse
 from labcourse.problems import Code, Problem
 from labcourse.run import check as checking
-from labcourse.run.check import Checked, Part, State
+from labcourse.run.check import Checked, CheckedPart, CheckState
 from rotflex import cli
 
 MASTERS = {
@@ -58,8 +58,8 @@ def finds(monkeypatch):
         def check(folder, masters, catalogue, *, student, report):
             asked.append((folder, student))
             report("01_swing.ipynb")
-            why = Problem.of(Code.BUILDS_ON_UNANSWERED, on="2.9") if state is State.MISSING else None
-            return Checked("ada", folder, (Part("01_swing.ipynb", "2.11", "omega_n", state, why),))
+            why = Problem.of(Code.BUILDS_ON_UNANSWERED, on="2.9") if state is CheckState.MISSING else None
+            return Checked("ada", folder, (CheckedPart("01_swing.ipynb", "2.11", "omega_n", state, why),))
 
         monkeypatch.setattr(checking, "check", check)
         return asked
@@ -70,10 +70,10 @@ def finds(monkeypatch):
 @pytest.mark.parametrize(
     ("state", "code", "said"),
     [
-        (State.RECORDED, 0, "All there: 1 question."),
-        (State.MISSING, 1, "2.11 omega_n: not recorded. It builds on 2.9, which is not answered."),
-        (State.DIFFERENT, 1, "recorded, but different from your page"),
-        (State.EMPTY, 1, "nothing yet: 01_swing"),
+        (CheckState.RECORDED, 0, "All there: 1 question."),
+        (CheckState.MISSING, 1, "2.11 omega_n: not recorded. It builds on 2.9, which is not answered."),
+        (CheckState.DIFFERENT, 1, "recorded, but different from your page"),
+        (CheckState.EMPTY, 1, "nothing yet: 01_swing"),
     ],
 )
 def test_check_and_submit_say_what_was_found_and_end_with_it(folder, finds, state, code, said):
@@ -94,7 +94,7 @@ def test_a_folder_without_the_notebooks_is_an_error_that_names_one(folder, words
 
 
 def test_the_folder_is_this_one_or_the_usual_one_in_it(folder, finds, monkeypatch):
-    asked = finds(State.RECORDED)
+    asked = finds(CheckState.RECORDED)
     monkeypatch.chdir(folder)
     assert rotflex("check")[0] == 0 and asked[0][0] == folder.resolve()
     monkeypatch.chdir(folder.parent.parent)
@@ -102,14 +102,14 @@ def test_the_folder_is_this_one_or_the_usual_one_in_it(folder, finds, monkeypatc
 
 
 def test_submit_asks_whose_work_it_is_before_it_runs_anything(folder, finds):
-    asked = finds(State.RECORDED)
+    asked = finds(CheckState.RECORDED)
     (folder / "course.json").unlink()
     done, output = rotflex("submit")
     assert (done, asked) == (2, []) and "rotflex submit --student YOUR-ID" in output
 
 
 def test_submit_without_a_check_runs_nothing_and_says_so(folder, finds, tmp_path):
-    asked = finds(State.RECORDED)
+    asked = finds(CheckState.RECORDED)
     done, output = rotflex("submit", "--no-check", "--out", tmp_path / "out")
     assert (done, asked) == (0, []) and "not checked, as you asked" in output
     assert (tmp_path / "out" / "ada.zip").exists()
@@ -143,7 +143,7 @@ def test_restore_says_what_it_restored_and_that_an_open_notebook_is_to_be_read_a
 @pytest.mark.parametrize("command", ["check", "submit", "restore"])
 def test_where_the_only_notebooks_are_the_students_own_nothing_can_be_compared(folder, finds, monkeypatch, command):
     """As with python -m rotflex in the course's folder: the package there knows no other notebooks."""
-    finds(State.RECORDED)
+    finds(CheckState.RECORDED)
     monkeypatch.setattr(courses, "current", lambda: InstalledCourse("made", folder.parent))
     done, output = rotflex(command)
     assert done == 2 and "pip install ." in output

@@ -11,7 +11,7 @@ import pytest
 from checkout import ROOT
 
 from labcourse.answers import notebooks
-from labcourse.answers.cell_reports import CellError, CellReport, Reports
+from labcourse.answers.cell_reports import CellError, CellReport, CellReports
 from labcourse.answers.notebooks import CODE, Cell
 from labcourse.problems import Code, Problem
 from labcourse.run.merge import merged
@@ -34,7 +34,7 @@ def answer(question, parts):
 
 
 QUESTIONS = ("2.11", "2.12")
-NOTHING = Reports()
+NOTHING = CellReports()
 PRISTINE = {NAME: {"cells": [cell for one in QUESTIONS for cell in answer(one, CATALOGUE.find(one).names)]}}
 
 
@@ -109,14 +109,14 @@ def test_a_thousand_cells_of_which_each_builds_on_all_before_it():
         CellReport(NAME, cell.id, True, CellError("E", "m") if place % 50 == 0 else None)
         for place, cell in enumerate(cells)
     ]
-    said = explained(cells, Reports(tuple(stopped)))
+    said = explained(cells, CellReports(tuple(stopped)))
     assert (len(said.harmless), said.stops) == (18, ())  # one of 50 stops, no answer uses it, and names are too many
 
 
 def test_answers_that_say_they_lack_each_other_have_an_end():
     wheres = [(number, part) for number in QUESTIONS for part in CATALOGUE.find(number).names]
     lacked = tuple(wheres[1:] + wheres[:1])
-    reports = Reports(tuple(CellReport(NAME, f"q{number}-answer", True, None, lacked) for number in QUESTIONS))
+    reports = CellReports(tuple(CellReport(NAME, f"q{number}-answer", True, None, lacked) for number in QUESTIONS))
     assert explained([], reports).missing[wheres[0]] == Problem.of(Code.BUILDS_ON_UNANSWERED, on="2.11")
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.cell_reports import LEFT, CellError, CellReport, Refusal, Reports
+from labcourse.answers.cell_reports import LEFT, CellError, CellReport, CellReports, Refusal
 from labcourse.answers.notebooks import CODE, Cell, as_released
 from labcourse.answers.parts import Question, number
 from labcourse.problems import Code, Problem, has
@@ -70,7 +70,7 @@ def told(answers, reports, recorded, claim=None, added=(), handed_in=(ONE, TWO),
     return explain(
         PRISTINE,
         made,
-        Reports(tuple(found), tuple(refusals)),
+        CellReports(tuple(found), tuple(refusals)),
         {(number, "x") for number in recorded},
         CATALOGUE,
         handed_in=handed_in,

@@ -11,14 +11,18 @@ from made_notebooks import answer, locked, notebook, saved
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import CheckError
 from labcourse.problems import Code, Problem
-from labcourse.run.check import Checked, Part, State
+from labcourse.run.check import Checked, CheckedPart, CheckState
 from labcourse.run.submit import MAX_OUTPUT, slim, submit
 
 NAME = "01_swing.ipynb"
 NOTEBOOK = notebook(answer("q1", "k = 3.5"), locked("q1-answer", 'lab.answer("1", k=k)'))
 NOON = datetime(2026, 3, 1, 12, 0, 0, tzinfo=UTC)
 WHY = Problem.of(Code.BUILDS_ON_UNANSWERED, on="1")
-CHECKED = Checked("ada", Path(), (Part(NAME, "1", "k", State.RECORDED), Part(NAME, "2", "omega", State.MISSING, WHY)))
+CHECKED = Checked(
+    "ada",
+    Path(),
+    (CheckedPart(NAME, "1", "k", CheckState.RECORDED), CheckedPart(NAME, "2", "omega", CheckState.MISSING, WHY)),
+)
 
 
 @pytest.fixture
