@@ -101,7 +101,7 @@ class AccountItem:
     dropped_as : the name by which the settings leave it out; "" if it counts
     weighted_as : the name by which the settings give it another weight; "" if they do not
     weight : factor of the points and of what they are out of
-    taken : share (0 to 1) of the points that lateness costs
+    lost_share : share (0 to 1) of the points that lateness costs
     """
 
     question: str
@@ -112,7 +112,7 @@ class AccountItem:
     dropped_as: str = ""
     weighted_as: str = ""
     weight: Fraction = Fraction(1)
-    taken: Fraction = Fraction(0)
+    lost_share: Fraction = Fraction(0)
 
     @property
     def weighted(self) -> Fraction:
@@ -203,7 +203,7 @@ class AssignmentGrade:
     @cached_property
     def earned(self) -> Fraction:
         """Points of its notebooks with weights and lateness, as far as they are decided."""
-        return sum((item.weighted * (1 - item.taken) for item in self.counting), Fraction(0))
+        return sum((item.weighted * (1 - item.lost_share) for item in self.counting), Fraction(0))
 
     @cached_property
     def possible(self) -> Fraction:
@@ -325,10 +325,10 @@ class Account:
             "earned": float(self.earned),
             "out_of": float(self.out_of),
             "assignments": [one.as_data() for one in self.assignments if one.title],
-            "how": self.how(),
+            "how": self.explanations(),
         }
 
-    def how(self) -> list[str]:
+    def explanations(self) -> list[str]:
         """Explain what is special about these points, so that they can be computed again by hand."""
         lines = [f"Not counted so far, as it is not due or not given back: {self.later}."] if self.later else []
         if dropped := dict.fromkeys(item.dropped_as for item in self.items if item.dropped_as):
@@ -359,12 +359,12 @@ class Account:
         grace = f" with {in_full(exact(late.grace_hours))} h of grace" if late.grace_hours else ""
         days = plural(entry.days, "{count} day late", "{count} days late")
         what = f"{start}, due on {until}{extended}{grace}: {days} (a day that has begun counts)."
-        if not entry.taken:
+        if not entry.lost_share:
             return f"{what} That costs nothing."
         capped = entry.days * exact(late.per_day) > exact(late.cap)
         most = f", and {in_full(exact(late.cap))} % at most" if capped else ""
-        per_day, taken = in_full(exact(late.per_day)), in_full(entry.taken * 100)
-        return f"{what} {per_day} % a day{most}: it loses {taken} % of its points."
+        per_day, lost = in_full(exact(late.per_day)), in_full(entry.lost_share * 100)
+        return f"{what} {per_day} % a day{most}: it loses {lost} % of its points."
 
 
 def account_of(course: Course, handed: Handed, when: datetime | None = None) -> Account:
@@ -404,7 +404,7 @@ def _item(mark: Mark, notebook: str, work: Work | None, settings: CourseSettings
         marks.dropped_as(*where),
         marks.weighted_as(*where),
         exact(marks.weight(*where)),
-        Fraction(0) if due is None else due.taken,
+        Fraction(0) if due is None else due.lost_share,
     )
 
 

@@ -44,12 +44,13 @@ def of_course(course: Course) -> list[Assignment]:
 
     A notebook in which something counts, and that no assignment of the settings names, is an assignment of its own.
     """
-    parts = [(question, part) for question in course.asked.marked.values() for part in question.parts if part.points]
+    asked = course.asked_catalogue
+    parts = [(question, part) for question in asked.marked.values() for part in question.parts if part.points]
     dropped_as = course.settings.marks.dropped_as
     counting = {question.notebook for question, part in parts if not dropped_as(question.number, part.name)}
     named = {name: assignment for assignment in course.settings.assignments for name in assignment.notebooks}
-    own = {name: Assignment(name.replace("_", " "), (name,)) for name in counting}
-    return list(dict.fromkeys({**own, **named}[name] for name in course.asked.notebooks if name in {**own, **named}))
+    whole = {name: Assignment(name.replace("_", " "), (name,)) for name in counting} | named
+    return list(dict.fromkeys(whole[name] for name in asked.notebooks if name in whole))
 
 
 def short(notebook: str) -> str:
@@ -101,7 +102,7 @@ class Timing:
     until : the same for this student, with their extensions
     received : when it was handed in; None if that is not known
     days : days late; each day that has begun counts
-    taken : share (0 to 1) of the earned points that lateness costs
+    lost_share : share (0 to 1) of the earned points that lateness costs
     extended : whether it would be late, or later, without an extension
     clock : how the time is known; "" if only the student's computer wrote it, so that an instructor has to decide
     """
@@ -111,7 +112,7 @@ class Timing:
     until: datetime
     received: datetime | None
     days: int
-    taken: Fraction
+    lost_share: Fraction
     extended: bool
     clock: str | None = None
 
@@ -155,8 +156,8 @@ def timing(settings: CourseSettings, student: StudentRecord, notebook: str, arri
     clock = None if arrival is None else arrival.clock
     received = None if arrival is None or clock == "" else arrival.received
     days, without_extension = (_days_late(received, moment, late.grace_hours) for moment in (until, due))
-    taken = min(days * exact(late.per_day), exact(late.cap)) / 100
-    return Timing(notebook, due, until, received, days, taken, days < without_extension, clock)
+    lost_share = min(days * exact(late.per_day), exact(late.cap)) / 100
+    return Timing(notebook, due, until, received, days, lost_share, days < without_extension, clock)
 
 
 def _days_late(received: datetime | None, due: datetime, grace_hours: float) -> int:

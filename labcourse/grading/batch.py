@@ -205,13 +205,16 @@ class Batch:
         current = self._gradebook.current(submission.student)
         try:
             read = self._read(submission)
-            if current and (current.run.taken, current.key_digest) == (self._taken(submission, read), self._key_digest):
+            if current and (current.key_digest, current.run.prepared_from) == (
+                self._key_digest,
+                self._prepared_from(submission, read),
+            ):
                 return GradedSubmission(current, ran=False, new=False, before=current)
             prepared = self._prepare(submission, read)
             run = self._identify(submission.student, prepared)
             identity = (run.key, run.submission, self._key_digest)
             if current and (current.run.key, current.run.submission, current.key_digest) == identity:
-                self._gradebook.note_taken(run.key, run.taken)
+                self._gradebook.note_prepared(run.key, run.prepared_from)
                 return GradedSubmission(current, ran=False, new=False, before=current)
             known = self._gradebook.find(run.key)
             if known is None:
@@ -254,13 +257,13 @@ class Batch:
                 read.notes.append(note)
                 self.left_out.append(note)
 
-    def _taken(self, submission: intake.Submission, read: intake.ReadSubmission) -> str:
+    def _prepared_from(self, submission: intake.Submission, read: intake.ReadSubmission) -> str:
         """Return the digest of all that a submission is prepared from: it is prepared again only if this changes.
 
         These are the course, the program, the settings, the content of all files that are read, what is said about
         them, and the files that the gradebook has of the student.
         """
-        about = {**vars(submission), **vars(read), "pieces": 0, "items": 0, "doubts": 0, "held": sorted(read.held)}
+        about = {**vars(submission), **vars(read), "pieces": 0, "items": 0, "doubts": 0, "names": sorted(read.names)}
         about["unconfirmed"] = self._waits(submission)
         files = [(item.name, item.digest, item.received, item.source, item.clock) for item in read.items]
         stored = [self._gradebook.stored(one) for one in (submission.student, submission.claimed_by) if one]
@@ -279,14 +282,14 @@ class Batch:
         """Store the new files of a submission, and prepare for the run what counts: the newest of each notebook."""
         names = self._bundles.names
         earlier = store_submission(self._gradebook, submission, read)
-        taken = self._taken(submission, read)  # what another program stores from now on is new the next time
+        basis = self._prepared_from(submission, read)  # what another program stores from now on is new the next time
         hand_in, arrivals = intake.newest(
             delivered(self._gradebook, submission, read, self._masters), names, self._reports, read.unread
         )
         chosen = self._bundles.choose(hand_in)
         catalogue = chosen.bundle.catalogue
-        asked = {f"{catalogue.everything[question].notebook}.ipynb" for question, _part in chosen.bundle.asked}
-        arrivals = [note for note in arrivals if note.code is not Code.NOT_HANDED_IN or note.where in asked]
+        wanted = {f"{catalogue.everything[question].notebook}.ipynb" for question, _part in chosen.bundle.asked_parts}
+        arrivals = [note for note in arrivals if note.code is not Code.NOT_HANDED_IN or note.where in wanted]
         prepared = prepare(
             hand_in,
             chosen.bundle,
@@ -298,9 +301,8 @@ class Batch:
         unread = read.problems(earlier) if submission.pieces else ()
         problems = (*submission.problems, *unread, *chosen.problems, *prepared.problems)
         notes = (*submission.notes, *read.notes, *arrivals, *chosen.notes, *prepared.notes)
-        return replace(
-            prepared, problems=problems, notes=notes, python=read.python, taken=taken, waits=self._waits(submission)
-        )
+        waits = self._waits(submission)
+        return replace(prepared, problems=problems, notes=notes, python=read.python, prepared_from=basis, waits=waits)
 
     def _identify(self, student: str, prepared: Prepared) -> RunRecord:
         """Make the record of a run before it is run; its key is a digest of all that the run depends on.
@@ -324,7 +326,7 @@ class Batch:
             supplied=prepared.supplied,
             release=prepared.bundle.release,
             files=tuple(prepared.files),
-            taken=prepared.taken,
+            prepared_from=prepared.prepared_from,
         )
 
     def _run_record(self, student: str, bundle: Bundle, **fields: Any) -> RunRecord:
@@ -449,8 +451,8 @@ class Batch:
     def _asked(self, bundle: Bundle) -> list[tuple[str, str]] | None:
         """Return the (question, part) that a release asks for; None if that is the whole course."""
         if bundle.release != self._bundles.current.release:
-            return sorted(bundle.asked)
-        asked = self._course.asked
+            return sorted(bundle.asked_parts)
+        asked = self._course.asked_catalogue
         if asked is asked.whole:
             return None
         # The class may get another notebook later. This work was not asked for it.
@@ -458,8 +460,7 @@ class Batch:
 
     def _no_points(self, reason: Problem, status: Status, bundle: Bundle) -> tuple[Mark, ...]:
         """Return marks without points for all that the release asks."""
-        marks = marking.nothing_earned(self._course, reason, status, marking.Context(asked=self._asked(bundle)))
-        return tuple(marks)
+        return marking.nothing_earned(self._course, reason, status, marking.Context(asked_parts=self._asked(bundle)))
 
 
 def _code_digest() -> str:

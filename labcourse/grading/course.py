@@ -144,14 +144,14 @@ class Course:
         return frozenset(self.catalogue.optional).difference(self.settings.optional)
 
     @property
-    def asked(self) -> Catalogue:
+    def asked_catalogue(self) -> Catalogue:
         """The questions of the class: all of the catalogue, but those of the notebooks that it does without."""
         from labcourse.answers import left_out
 
         return left_out.reduced(self.catalogue, self.settings.without)
 
     def given_values(
-        self, student: str, policy: BenchPolicy, asked: Collection[tuple[str, str]]
+        self, student: str, policy: BenchPolicy, asked_parts: Collection[tuple[str, str]]
     ) -> dict[tuple[str, str], Any]:
         """Return what is given in place of answers that a class is not asked; for a release, the student is "".
 
@@ -160,15 +160,15 @@ class Course:
         GradingError
             If a value cannot be given where students have such benches.
         """
-        return {where: value(student, policy) for where, value in self.given.items() if where not in asked}
+        return {where: value(student, policy) for where, value in self.given.items() if where not in asked_parts}
 
     @cached_property
     def cells(self) -> dict[tuple[str, str], str]:
         """(question, part) → id of the cell in which a student answers it, as far as there is one."""
-        from labcourse.run.alignment import asked
+        from labcourse.run.alignment import asked_cells
 
         notebooks = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in self.notebooks}
-        found = asked(notebooks, self.catalogue)
+        found = asked_cells(notebooks, self.catalogue)
         return {where: entry.cell.removesuffix("-answer") for _name, entry, parts in found for where in parts}
 
     def notebook_of(self, question: str | None) -> str:

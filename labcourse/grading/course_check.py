@@ -322,8 +322,8 @@ def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, Probl
     """
     claims = decoding.with_reports(claims, course.catalogue)
     case = marking.case_of(course, claims, course.true_bench(SOLUTIONS_STUDENT), SEED)
-    for number in [number for number in course.key if number in course.asked.marked]:
-        checks, question = course.key[number], course.asked.marked[number]
+    for number in [number for number in course.key if number in course.asked_catalogue.marked]:
+        checks, question = course.key[number], course.asked_catalogue.marked[number]
         for part in question.parts:
             own = _KnownAnswers(case.own, course.catalogue)
             why = sentence(missing.get((number, part.name), "its cell runs to its end, and leaves it empty."))
@@ -430,7 +430,7 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
         texts = words.written(master["cells"], Notebook.read((course.folder / name).read_bytes()).cells)
         decoding.add_words(claims, texts.words, course.catalogue)
         claims.problems.extend(replace(problem, where=name) for problem in [*texts.problems, *texts.notes])
-    claims.values.update(course.given_values(SOLUTIONS_STUDENT, released.policy, released.asked))
+    claims.values.update(course.given_values(SOLUTIONS_STUDENT, released.policy, released.asked_parts))
     return claims, why.missing
 
 

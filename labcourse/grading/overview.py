@@ -102,7 +102,7 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
         "students": students,
         "behind": far_below(students),
         **waiting(answers, book.scores.acts(), list(course.catalogue.marked)),
-        "asked": [(answer, act) for answer in answers if answer.asked and (act := answer.last()) is not None],
+        "asked": [(answer, act) for answer in answers if answer.referred and (act := answer.last()) is not None],
         "requests": requests,
         "slips": slips(runs),
         "common": {} if folder is None else hints.read(folder / HINTS_FILE),
@@ -120,9 +120,9 @@ def _left_out(marks: MarkSettings) -> str:
 
 
 class CellPiece(NamedTuple):
-    """A piece of a cell: its words, how they look ("strong" or "code"), and (student, question, part) it leads to."""
+    """A piece of a cell: its text, how they look ("strong" or "code"), and (student, question, part) it leads to."""
 
-    words: str
+    text: str
     look: str = ""
     leads_to: tuple[str, str, str] | None = None
 
@@ -160,7 +160,7 @@ def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], 
     """
     page = templates("templates").get_template("overview.html")
     about = {name: overview[name] for name in ("course", "now", "left_out")}
-    return page.render(**about, sections=[*sections(overview)], answer_link=answer_link, moment=moment, words=words)
+    return page.render(**about, sections=[*sections(overview)], answer_link=answer_link, moment=moment, text_of=text_of)
 
 
 def as_text(overview: Mapping[str, Any]) -> str:
@@ -191,24 +191,24 @@ def as_text(overview: Mapping[str, Any]) -> str:
                 for heading in table.headings:
                     grid.add_column(heading, justify="right" if heading in table.numbers else "left")
                 for row in table.rows[:_MOST_ROWS]:
-                    grid.add_row(*(Text(no_escapes(words(cell)) or "–") for cell in row))
+                    grid.add_row(*(Text(no_escapes(text_of(cell)) or "–") for cell in row))
                 say(grid)
             if (left := len(table.rows) - _MOST_ROWS) > 0:
                 say(f"{left} more rows are on the page.")
     return "\n".join(line.rstrip() for line in text.getvalue().strip().splitlines())
 
 
-def words(cell: TableCell) -> str:
+def text_of(cell: TableCell) -> str:
     """Return what stands in a cell as text."""
     if isinstance(cell, str):
         return cell
-    return f"{cell:g}" if isinstance(cell, int | float) else "".join(piece.words for piece in cell)
+    return f"{cell:g}" if isinstance(cell, int | float) else "".join(piece.text for piece in cell)
 
 
-def sections(found: Mapping[str, Any]) -> Iterator[Section]:
-    """Yield the sections of an overview; ``found`` is from :func:`class_overview`."""
-    students, titles = found["students"], found["titles"]
-    todo_now, count = found["todo"], plural(len(found["todo"]), "{count} thing", "{count} things")
+def sections(overview: Mapping[str, Any]) -> Iterator[Section]:
+    """Yield the sections of an overview; ``overview`` is from :func:`class_overview`."""
+    students, titles = overview["students"], overview["titles"]
+    todo_now, count = overview["todo"], plural(len(overview["todo"]), "{count} thing", "{count} things")
     yield Section(
         "To do today",
         f"{count} to do. What is worth most comes first." if todo_now else "Nothing is to do today.",
@@ -216,19 +216,19 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
     )
     there = [student for student in students if student.handed_in]
     columns = ["Assignment", "Due", "Out of", "Late", "Excused", "Given back"]
-    states = ["Assignment", *found["states"]]
+    states = ["Assignment", *overview["states"]]
     by_student = "Students; what is not due is left out until it is there"
     yield Section(
         "The term",
         f"{len(there)} of {_students_text(students)} handed something in.",
         [
             PageTable(
-                "Assignments", columns, [*map(_assignment_row, found["assignments"])], ["Out of", "Late", "Excused"]
+                "Assignments", columns, [*map(_assignment_row, overview["assignments"])], ["Out of", "Late", "Excused"]
             ),
             PageTable(
                 "Students in each state",
                 states,
-                [(one["title"], *(one["states"][state] or "" for state in states[1:])) for one in found["assignments"]]
+                [(one["title"], *(one["states"][name] or "" for name in states[1:])) for one in overview["assignments"]]
                 if states[1:]
                 else [],
                 states[1:],
@@ -239,9 +239,9 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
                 [(_named(one), work_text(one), so_far_text(one), one.last) for one in students],
             ),
         ],
-        [*_term_notes(found)],
+        [*_term_notes(overview)],
     )
-    behind = found["behind"]
+    behind = overview["behind"]
     far = "with less than half the class's median"
     yield Section(
         "Far below the class",
@@ -257,7 +257,7 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
             )
         ],
     )
-    details = found["details"]
+    details = overview["details"]
     yield Section(
         "What may have cost points",
         f"The messages behind the list of what to do, in full. They are about {_students_text(details)}."
@@ -266,8 +266,8 @@ def sections(found: Mapping[str, Any]) -> Iterator[Section]:
         [PageTable("Messages", ["Student", "Messages"], [(_named(one), "\n".join(said)) for one, said in details])],
     )
     yield from _of_not_counted(students)
-    yield from _of_answers(found, titles)
-    yield from _of_work(found, titles)
+    yield from _of_answers(overview, titles)
+    yield from _of_work(overview, titles)
 
 
 #: Code of what does not count → what takes it in; else the student has to hand it in again.
@@ -293,7 +293,7 @@ def _of_not_counted(students: Sequence[Student]) -> Iterator[Section]:
             shown = sentences(those[:_MOST_LINES])
             more = [f"and {len(those) - _MOST_LINES} more"] if len(those) > _MOST_LINES else []
             rows.append((_named(student), "\n".join([*shown, *more]), _TAKES_IT.get(code, _ASK)))
-    concerned = {words(row[0]) for row in rows}
+    concerned = {text_of(row[0]) for row in rows}
     yield Section(
         "What does not count",
         f"Some of what {_students_text(concerned)} made does not count."
@@ -332,26 +332,26 @@ def _of_task(task: Task) -> Sequence[TableCell]:
     return worth, [*what, CellPiece(task.command, "code")]
 
 
-def _assignment_row(one: Mapping[str, Any]) -> Sequence[TableCell]:
-    due = f"{one['due']:%Y-%m-%d %H:%M}" if one["due"] else ""
-    back = moment(one["given_back"]) if one["given_back"] else ""
-    return one["title"], due, one["out_of"], one["late"] or "", one["excused"] or "", back
+def _assignment_row(row: Mapping[str, Any]) -> Sequence[TableCell]:
+    due = f"{row['due']:%Y-%m-%d %H:%M}" if row["due"] else ""
+    back = moment(row["given_back"]) if row["given_back"] else ""
+    return row["title"], due, row["out_of"], row["late"] or "", row["excused"] or "", back
 
 
-def _term_notes(found: Mapping[str, Any]) -> Iterator[str]:
-    students = found["students"]
+def _term_notes(overview: Mapping[str, Any]) -> Iterator[str]:
+    students = overview["students"]
     if not any(student.about.enrolled for student in students):
         yield f"The gradebook has no roster, so nobody is missed here who handed in nothing ({program.name()} roster)."
-    if not found["course"].settings.dues:
+    if not overview["course"].settings.dues:
         yield "course.toml has no due dates. So everything is due, and nobody is behind."
     for student in students:
         if student.graded and student.graded.run.supplied:
             yield f"Values were supplied for {student.id}: {', '.join(student.graded.run.supplied)}."
 
 
-def _of_answers(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
+def _of_answers(overview: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
     """Yield the sections about answers that somebody has to read."""
-    waits, asked, requests = found["waiting"], found["asked"], found["requests"]
+    waits, asked, requests = overview["waiting"], overview["asked"], overview["requests"]
     to_read = [answer for one in waits for answer in one.answers]
     answers = plural(len(to_read), "{count} answer", "{count} answers")
     columns = ["Part", "Question", "Waiting", "Of", "Points"]
@@ -364,7 +364,7 @@ def _of_answers(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator
         f"To be read: {answers}, worth {worth(_out_of(to_read))}." if to_read else "No answer waits for a person.",
         [
             PageTable("Answers that wait", columns, rows, columns[2:]),
-            PageTable("Scoring", ["Scorer", "Answers"], found["scorers"], ["Answers"]),
+            PageTable("Scoring", ["Scorer", "Answers"], overview["scorers"], ["Answers"]),
         ],
     )
     columns = ["Student", "Part", "Asked by", "When", "What"]
@@ -407,9 +407,9 @@ def _out_of(answers: Iterable[Answer]) -> float:
     return sum(answer.mark.out_of for answer in answers)
 
 
-def _of_work(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
+def _of_work(overview: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
     """Yield the sections about what the class did, and what was given back."""
-    slips_, stopped, common = found["slips"], found["stopped"], found["common"]
+    slips_, stopped, common = overview["slips"], overview["stopped"], overview["common"]
     many = f"Many are {100 * MANY:.0f} % or more of those whose answer the key judged."
     summary = "No part went wrong for many."
     if slips_:
@@ -451,9 +451,9 @@ def _of_work(found: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Se
         [_HINTS.format(program=program.name())] if common else [],
     )
     moved = defaultdict[str, list[Any]](list)
-    for change in found["changes"]:
+    for change in overview["changes"]:
         moved[change.student].append(change)
-    given = found["publications"]
+    given = overview["publications"]
     summary = f"Feedback was not given back yet ({program.name()} publish)."
     if given:
         since = f"Marks of {_students_text(moved)} have changed since." if moved else "No mark has changed since."
@@ -523,14 +523,14 @@ def _stopped(student: Student) -> list[str]:
     return sentences(one for one in problems if isinstance(one, Problem) and one.code is Code.CELL_STOPPED)
 
 
-def _of_assignment(of: Class, one: Assignment) -> dict[str, Any]:
+def _of_assignment(of: Class, assignment: Assignment) -> dict[str, Any]:
     """Return what the class did of an assignment: how many students are in each state, late, or excused."""
-    grades = [grade for student in of.students for grade in student.assignments if grade.title == one.title]
-    back, points, settings = of.given_back(one), of.of_assignment(one), of.course.settings
+    grades = [grade for student in of.students for grade in student.assignments if grade.title == assignment.title]
+    back, points, settings = of.given_back(assignment), of.of_assignment(assignment), of.course.settings
     rules = [(rule.due, settings.notebooks_of(rule)) for rule in settings.dues]
     return {
-        "title": one.title,
-        "due": max((due for due, names in rules if not names or names & {*one.notebooks}), default=None),
+        "title": assignment.title,
+        "due": max((due for due, names in rules if not names or names & {*assignment.notebooks}), default=None),
         "out_of": float(points),
         "states": Counter(grade.state for grade in grades if not grade.is_excused),
         "late": sum(bool(grade.days_late) for grade in grades if not grade.is_excused),
@@ -588,7 +588,7 @@ def _decided_share(account: Account) -> float | None:
     """Return earned points of decided points in what is due; None if nothing is decided."""
     decided = [item for item in account.counting if item.points is not None]
     possible = sum(item.possible for item in decided)
-    return float(sum(item.weighted * (1 - item.taken) for item in decided) / possible) if possible else None
+    return float(sum(item.weighted * (1 - item.lost_share) for item in decided) / possible) if possible else None
 
 
 # --- answers and marks ------------------------------------------------------------------------------------------------

@@ -276,12 +276,12 @@ class Export:
         known = next(filter(None, (self.under(row, heading) for heading in self.platform.keys)), "–")
         return f"{known} ({', '.join(filter(None, (self.name(row), f'line {self.table.line(row)}')))})"
 
-    def column(self, asked: str | None = None) -> PointsColumn:
+    def column(self, wanted: str | None = None) -> PointsColumn:
         """Return the column for the marks.
 
         Parameters
         ----------
-        asked : its heading, title or number; None if there is only one
+        wanted : its heading, title or number; None if there is only one
 
         Raises
         ------
@@ -289,14 +289,14 @@ class Export:
             If there is no such column, or more than one.
         """
         there = self.columns
-        if asked is not None:
-            named = [column for column in there if _same(asked, column.heading)]
-            there = named or [column for column in there if any(_same(asked, name) for name in column.names)]
+        if wanted is not None:
+            named = [column for column in there if _same(wanted, column.heading)]
+            there = named or [column for column in there if any(_same(wanted, name) for name in column.names)]
         names = listed([repr(column.heading) for column in there or self.columns], _SHOWN)
         if len(there) > 1:
             raise GradingError(f"Several columns may be meant: say which by --column, by its whole heading. {names}")
         if not there:
-            missing = "It has no column" if asked is None else f"It has no column {asked!r}"
+            missing = "It has no column" if wanted is None else f"It has no column {wanted!r}"
             raise GradingError(
                 f"{missing} that takes points, and none is made. In a file of {self.platform.name} such columns look "
                 f"like {self.platform.example}. It has: {names or 'none'}."
@@ -371,8 +371,8 @@ def _export(export: Export) -> Export:
     return export
 
 
-def _same(one: str, other: str) -> bool:
-    return " ".join(one.casefold().split()) == " ".join(other.casefold().split())
+def _same(first: str, second: str) -> bool:
+    return " ".join(first.casefold().split()) == " ".join(second.casefold().split())
 
 
 def _number(text: str) -> Decimal | None:
@@ -388,13 +388,13 @@ class Matches(NamedTuple):
 
     Attributes
     ----------
-    found : row → student
+    students : row → student
     unknown : rows of students whom the gradebook does not have
     refused : row → why it is of nobody: it may be of several
     missing : IDs of students of the gradebook who have no row
     """
 
-    found: dict[int, StudentRecord]
+    students: dict[int, StudentRecord]
     unknown: list[int]
     refused: dict[int, str]
     missing: list[str]
@@ -444,9 +444,9 @@ def _by_name(students: Iterable[StudentRecord], ignored: str | re.Pattern[str]) 
     return known
 
 
-def _contradict(one: str, other: str) -> bool:
+def _contradict(first: str, second: str) -> bool:
     """Return whether two names are both known and have no word in common."""
-    words = [{submission_names.plain_letters(word) for word in name.split()} - {""} for name in (one, other)]
+    words = [{submission_names.plain_letters(word) for word in name.split()} - {""} for name in (first, second)]
     return all(words) and words[0].isdisjoint(words[1])
 
 
@@ -589,7 +589,7 @@ def fill(
     _check_points(export, column)
     comma, entries, new = _has_decimal_commas(export.table), dict[str, StudentCell](), dict[tuple[int, int], str]()
     above = dict[str, str]()
-    for row, about in sorted(matches.found.items()):
+    for row, about in sorted(matches.students.items()):
         mark, before = earned[about.student], export.table.cell(row, column.place)
         why = _why_left(export, column, row)
         if mark.state == _EXCUSED and export.platform.excused and not why:
@@ -721,7 +721,7 @@ def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) ->
         )
     find = {WORKSHEET: _place_in_moodle, CANVAS: _place_in_canvas, BRIGHTSPACE: _place_in_brightspace}[platform]
     paths, without = dict[str, str](), dict[str, str]()
-    for row, about in matches.found.items():
+    for row, about in matches.students.items():
         try:
             paths[about.student] = find(export, row, submissions)
         except LookupError as error:

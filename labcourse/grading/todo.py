@@ -344,7 +344,7 @@ def _by_answer(of: Class) -> Iterator[Finding]:
         if not answer.waiting or work is None or not work.is_due or assignment is None or answer.where in lapsed:
             continue
         worth, (question, part) = of.at_stake(student, [answer.where]), answer.where
-        if answer.asked:
+        if answer.referred:
             yield Finding(Problem.of(Code.TODO_SCORER_ASKS), "score MARKS --by NAME", answer.student, worth)
         elif answer.where in by_persons:
             what = Problem.of(Code.TODO_READ_ANSWERS, title=assignment.title)
@@ -383,20 +383,20 @@ def _by_class(of: Class) -> Iterator[Finding]:
     yield from _names_nobody(of)
 
 
-def _handed_in_again(of: Class, one: Assignment) -> Iterator[Finding]:
+def _handed_in_again(of: Class, assignment: Assignment) -> Iterator[Finding]:
     """Yield who handed in a version after an assignment was given back: it counts, and may be late."""
-    if (back := of.given_back(one)) is None:
+    if (back := of.given_back(assignment)) is None:
         return
     for student in of.students:
-        for name in {*one.notebooks} & {*student.work}:
+        for name in {*assignment.notebooks} & {*student.work}:
             arrival = student.received.get(f"{name}.ipynb")
             if arrival is not None and back.when < arrival.received:
-                what = Problem.of(Code.TODO_HANDED_IN_AGAIN, title=one.title)
+                what = Problem.of(Code.TODO_HANDED_IN_AGAIN, title=assignment.title)
                 yield Finding(what, f"history MARKS {_STUDENT}", student.id)
 
 
-def _publish(one: Assignment | None) -> str:
-    only = f" --assignment {quote(one.title)}" if one else ""
+def _publish(assignment: Assignment | None) -> str:
+    only = f" --assignment {quote(assignment.title)}" if assignment else ""
     return f"publish MARKS{only} --by NAME"
 
 

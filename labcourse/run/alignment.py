@@ -141,7 +141,7 @@ def recorded(cells: Iterable[Mapping[str, Any]]) -> Iterator[Recorded]:
                 yield Recorded(cell["id"], number, names if len(names) == len(call.keywords) else None)
 
 
-def asked(
+def asked_cells(
     notebooks: Mapping[str, Mapping[str, Any]], catalogue: Catalogue
 ) -> Iterator[tuple[str, Recorded, tuple[Where, ...]]]:
     """Yield what a course's notebooks record of what a catalogue has.

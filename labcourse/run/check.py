@@ -25,7 +25,7 @@ from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
 from labcourse.problems import Code, Problem, Where
 from labcourse.run import execute, merge, portability, reasons, student_folder
-from labcourse.run.alignment import Change, Happened, Role, asked, source_of
+from labcourse.run.alignment import Change, Happened, Role, asked_cells, source_of
 from labcourse.run.merge import Merged
 from labcourse.run.reasons import Reasons
 from labcourse.run.student_folder import StudentFolder
@@ -159,7 +159,7 @@ def check(
     texts = {where: CheckState.WRITTEN for of_notebook in written.values() for where in of_notebook.words}
     in_pdf = {number: CheckState.IN_PDF for number, pdf in pdfs.items() if pdf.own}
     parts: dict[Where, CheckedPart] = {}
-    for name, entry, asked_for in asked(masters, catalogue):
+    for name, entry, asked_for in asked_cells(masters, catalogue):
         for where in asked_for:
             in_words = texts.get(where) or in_pdf.get(entry.question) or CheckState.EMPTY
             state = in_words if entry.in_words else _state(where, run, home, why)
@@ -248,21 +248,21 @@ def _state(where: Where, run: Mapping[str, Any], home: Mapping[str, Any], why: R
     )
 
 
-def alike(one: Any, other: Any, scale: float = 0.0) -> bool:
+def alike(first: Any, second: Any, scale: float = 0.0) -> bool:
     """Return whether two pieces of plain data are equal, numbers to within :data:`CLOSE`.
 
-    That is relative to the larger one, or to the largest number beside them in a list, or to ``scale``.
+    That is relative to the larger first, or to the largest number beside them in a list, or to ``scale``.
     """
-    if _is_number(one) and _is_number(other):
-        return bool(abs(one - other) <= CLOSE * max(abs(one), abs(other), scale))
-    if type(one) is not type(other):
+    if _is_number(first) and _is_number(second):
+        return bool(abs(first - second) <= CLOSE * max(abs(first), abs(second), scale))
+    if type(first) is not type(second):
         return False
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
-    if isinstance(one, list):
-        largest = max((abs(number) for number in (*one, *other) if _is_number(number)), default=scale)
-        return len(one) == len(other) and all(alike(a, b, largest) for a, b in zip(one, other, strict=True))
-    return bool(one == other)
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(alike(first[key], second[key]) for key in first)
+    if isinstance(first, list):
+        largest = max((abs(number) for number in (*first, *second) if _is_number(number)), default=scale)
+        return len(first) == len(second) and all(alike(a, b, largest) for a, b in zip(first, second, strict=True))
+    return bool(first == second)
 
 
 def _is_number(value: Any) -> bool:

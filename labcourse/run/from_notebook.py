@@ -25,13 +25,13 @@ _ITSELF = 5  # s for one that has noticed the interrupt by itself, as on Linux a
 _LONGEST_ID = 64  # characters of a cell's id, as Jupyter allows
 
 
-def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_saving: bool = False) -> None:
+def run(command: str, arguments: Sequence[str], folder: Path, cell: str = "", needs_saving: bool = False) -> None:
     """Run a command, and print its output as it comes.
 
     Parameters
     ----------
     command : "check", "submit" or "restore"
-    words : its arguments
+    arguments : its arguments
     folder : of the notebooks
     cell : id of the cell that asks for it; "" if it is not known
     needs_saving : do nothing if that cell is not saved as it stands
@@ -45,17 +45,17 @@ def run(command: str, words: Sequence[str], folder: Path, cell: str = "", needs_
         if needs_saving:
             return
         print()
-    with contextlib.closing(output_of(command, words, folder)) as lines:
+    with contextlib.closing(output_of(command, arguments, folder)) as lines:
         for line in lines:
             print(no_escapes(line), end="", flush=True)
 
 
-def output_of(command: str, words: Sequence[str], folder: Path) -> Generator[str]:
+def output_of(command: str, arguments: Sequence[str], folder: Path) -> Generator[str]:
     """Run a command as a program of its own, and yield the lines that it prints, as they come."""
     pipes: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     environment = {**os.environ, "PYTHONUTF8": "1", "PYTHONUNBUFFERED": "1"}
-    arguments = [sys.executable, "-P", "-m", program.name(), command, *words]
-    child = subprocess.Popen(arguments, cwd=folder, env=environment, encoding="utf-8", errors="replace", **pipes)
+    words = [sys.executable, "-P", "-m", program.name(), command, *arguments]
+    child = subprocess.Popen(words, cwd=folder, env=environment, encoding="utf-8", errors="replace", **pipes)
     assert child.stdout is not None
     try:
         yield from child.stdout

@@ -109,11 +109,11 @@ def _code(name: str, source: object, role: Role, template: Mapping[str, Any] | N
     return {**content, "metadata": metadata, "outputs": [], "source": source}
 
 
-def _new_id(given: str, place: int, taken: set[str]) -> str:
+def _new_id(given: str, place: int, others: set[str]) -> str:
     """Return an id for a cell of the student's: theirs if possible."""
-    if CELL_ID.fullmatch(given) and given not in taken:
+    if CELL_ID.fullmatch(given) and given not in others:
         return given
-    return next(name for number in itertools.count(place) if (name := f"added-{number}") not in taken)
+    return next(name for number in itertools.count(place) if (name := f"added-{number}") not in others)
 
 
 def _with_supplied(cell: dict[str, Any], supplied: Mapping[str, str]) -> list[dict[str, Any]]:

@@ -44,7 +44,7 @@ from labcourse.answers.cell_reports import LEFT, CellReport, CellReports
 from labcourse.patterns import pattern
 from labcourse.problems import Code, Problem, Where
 from labcourse.run import skippable_cells
-from labcourse.run.alignment import Role, asked, source_of
+from labcourse.run.alignment import Role, asked_cells, source_of
 from labcourse.run.merge import Merged, role_of
 from labcourse.run.portability import HERE, Version, version_text
 
@@ -349,7 +349,7 @@ class Causes:
                 written = role is Role.ADDED or (role is Role.ANSWER and source != released.get(cell["id"]))
                 self.cells[name].append(RunCell(name, index, cell["id"], role, source, report, readable, written))
         places = {(name, cell.id): cell.place for name, cells in self.cells.items() for cell in cells}
-        for name, entry, asked_for in asked(pristine, catalogue):
+        for name, entry, asked_for in asked_cells(pristine, catalogue):
             if (place := places.get((name, entry.cell))) is not None and not entry.in_words:
                 self.questions.setdefault(name, {})[place] = entry.question
                 self.recorder |= dict.fromkeys(asked_for, (name, place))

@@ -100,7 +100,7 @@ def test_an_unknown_time_is_in_time_and_nothing_that_counts_is_out_of_nothing():
     assert account(marks([0.0] * len(PARTS)), None, **late).timings == []  # whoever handed in nothing need not be told
     everything = tuple(dict.fromkeys(number for number, *_ in PARTS))
     assert account(all_of_it, marks=MarkSettings(drop=everything)).out_of == 0
-    assert account(all_of_it).how() == [] and "counts as in time" in found.how()[0]
+    assert account(all_of_it).explanations() == [] and "counts as in time" in found.explanations()[0]
     assert in_full(Fraction(200, 3)) == "66.666666…"  # as the decimals do not end
 
 

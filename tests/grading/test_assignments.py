@@ -127,7 +127,7 @@ def test_an_assignment_has_points_of_its_own_scale():
     (both,) = [one for one in found.assignments if one.title == "Both"]
     assert (both.earned, both.possible, both.points) == (Fraction(235, 100), 5, Fraction(235, 100) * 4)
     assert (both.points_text, both.days_late, both.state) == ("9.40", 1, State.MARKED)
-    assert (found.earned, found.out_of) == (both.points, 20) and found.how()[-1].startswith("Both: ")
+    assert (found.earned, found.out_of) == (both.points, 20) and found.explanations()[-1].startswith("Both: ")
 
 
 def test_who_is_excused_has_it_in_neither_sum():

@@ -93,7 +93,7 @@ def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of,
     asked = marking_job(run)
     assert (asked.student, asked.answers, asked.probe_seed, asked.words) == (student, b"{}", 5, words)
     assert asked.context.missing == {(question, part): why for question, part, why in PARTS["missing"]}
-    assert (asked.context.asked, asked.policy) == (facts.asked, facts.policy)
+    assert (asked.context.asked_parts, asked.policy) == (facts.asked, facts.policy)
     assert asked.evidence == facts.evidence
     assert asked.context.supplied == supplied_parts(run) == {("1", "x"), ("2.11", "omega_n")}
 

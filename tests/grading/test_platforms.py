@@ -208,7 +208,7 @@ def match(content, *students):
     """Line → student, and line → why it is nobody's."""
     found = export(content)
     matches = platforms.match(found, students)
-    lines = {found.table.line(row): one.student for row, one in matches.found.items()}
+    lines = {found.table.line(row): one.student for row, one in matches.students.items()}
     return lines, {found.table.line(row): why for row, why in matches.refused.items()}
 
 

@@ -170,7 +170,7 @@ NOT_RUN = {
 
 def test_every_field_of_what_was_prepared_is_tested():
     run = {"merged", "files", "bundle", "bench_of"}
-    shown = {"supplied", "python", "untouched", "taken"}  # in cells that are run, in a reason, in a note, and stored
+    shown = {"supplied", "python", "untouched", "prepared_from"}  # in cells that run, a reason, a note, and stored
     assert {one.name for one in fields(Prepared)} == {*run, *shown, *NOT_RUN}
 
 

@@ -44,7 +44,7 @@ def graded(student: str, *marks: Mark, **run: Any) -> Graded:
 
 def term(**settings: Any) -> Course:
     """The course in which 02 and 03 are due two days before NOW, and all else 60 days after it."""
-    names = [name for name in OURS.asked.notebooks if name not in (FIRST, SECOND)]
+    names = [name for name in OURS.asked_catalogue.notebooks if name not in (FIRST, SECOND)]
     labs = [Assignment(f"Lab {name[:2]}", (name,), NOW - timedelta(days=2)) for name in (FIRST, SECOND)]
     later = Assignment("Later", tuple(names), NOW + timedelta(days=60))
     return replace(OURS, settings=replace(OURS.settings, **{"assignments": (*labs, later), **settings}))

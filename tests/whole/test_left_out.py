@@ -74,7 +74,7 @@ def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_p
         Reports(tmp_path / "marks", course, book).write_all()
     marks = {(one.question, one.part): one for one in step.graded.marks}
     assert not set(not_asked) & set(marks)
-    wanted = {(number, part.name) for number, one in course.asked.marked.items() for part in one.parts}
+    wanted = {(number, part.name) for number, one in course.asked_catalogue.marked.items() for part in one.parts}
     assert set(marks) == wanted & {(number, part) for number, parts in OURS.key.items() for part in parts}
     lost = [
         (*where, one.reason) for where, one in marks.items() if one.status not in (Status.RIGHT, Status.FOR_A_PERSON)

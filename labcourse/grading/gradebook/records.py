@@ -230,7 +230,7 @@ class RunRecord(Base):
     supplied : values that an instructor gave in place of missing ones: as "1.2.speed" → value
     release : identity of the release that it was run under; "" if it has none
     files : names of the student's own files in the submission
-    taken : digest of all that it was prepared from; "" if it is to be prepared again
+    prepared_from : digest of all that it was prepared from; "" if it is to be prepared again
 
     The six before it are plain data of JSON: lists, no tuples, and finite numbers.
     """
@@ -258,7 +258,7 @@ class RunRecord(Base):
     supplied: Mapped[Mapping[str, Any]] = mapped_column(default_factory=dict)
     release: Mapped[str] = mapped_column(default="")
     files: Mapped[tuple[str, ...]] = mapped_column(default=())
-    taken: Mapped[str] = mapped_column(default="")
+    prepared_from: Mapped[str] = mapped_column(default="")
 
 
 _COUNTS = sa.text("current")
@@ -384,7 +384,7 @@ class Act(OfAnswer, Base):
     points, out_of : given, and possible; points are None if none were given
     remark : for the student; if the instructor is asked, for the instructor
     given : the student's answer as the scorer read it
-    asked : whether the instructor is asked; then the answer waits
+    referred : whether the instructor is asked; then the answer waits
     undoes : number of the act that this act takes back
     when : UTC
     """
@@ -400,7 +400,7 @@ class Act(OfAnswer, Base):
     out_of: Mapped[float]
     remark: Mapped[str]
     given: Mapped[str]
-    asked: Mapped[bool]
+    referred: Mapped[bool] = mapped_column("asked")
     undoes: Mapped[int | None] = mapped_column(sa.ForeignKey("scores.id"))
     when: Mapped[datetime] = mapped_column("acted")
 
@@ -461,15 +461,15 @@ class Answer:
         return last if last is not None and last.points is not None and last.still_stands(self.given) else None
 
     @property
-    def asked(self) -> bool:
+    def referred(self) -> bool:
         """Whether the answer waits for the instructor, who was asked, and nobody decided since."""
         last = self.last()
-        return last is not None and last.asked and self.mark.status != Status.BY_A_PERSON
+        return last is not None and last.referred and self.mark.status != Status.BY_A_PERSON
 
     @property
     def waiting(self) -> bool:
         """Whether nobody has decided yet."""
-        return self.asked or self.mark.status == Status.FOR_A_PERSON
+        return self.referred or self.mark.status == Status.FOR_A_PERSON
 
 
 class Publication(Base):

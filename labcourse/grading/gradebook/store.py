@@ -347,10 +347,10 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             check_expected(session, before, mark, expected)
             return decide(session, before, new.where, GivenMark(new, actor, clock.now()), actor, reason)
 
-    def note_taken(self, key: str, taken: str) -> None:
-        """Store by which :attr:`RunRecord.taken` the run with a key was prepared last."""
+    def note_prepared(self, key: str, prepared_from: str) -> None:
+        """Store by which :attr:`RunRecord.prepared_from` the run with a key was prepared last."""
         with self._database.writing() as session:
-            session.execute(update(RunRecord).where(RunRecord.key == key).values(taken=taken))
+            session.execute(update(RunRecord).where(RunRecord.key == key).values(prepared_from=prepared_from))
 
     def find(self, key: str) -> Graded | None:
         """Return the run with a key, and its marks as they are now; None without one. Another run may count."""
@@ -793,7 +793,7 @@ class Scores:
         with self._database.writing() as session:
             before = current(session, student)
             check_expected(session, before, before.mark(where), expected)
-            return _act(session, before, None, "the instructor is asked", where, actor, remark=remark, asked=True)
+            return _act(session, before, None, "the instructor is asked", where, actor, remark=remark, referred=True)
 
     def undo(self, number: int, actor: str) -> Act:
         """Take an act back: the mark that was there before counts again.
@@ -835,7 +835,7 @@ class Scores:
             free = {
                 caseless(answer.student): answer.student
                 for answer in _answers(session, [where])
-                if answer.student not in taken and answer.mark.status == Status.FOR_A_PERSON and not answer.asked
+                if answer.student not in taken and answer.mark.status == Status.FOR_A_PERSON and not answer.referred
             }
             student = next((free[name] for name in map(caseless, order) if name in free), None)
             if student is not None:
@@ -884,7 +884,7 @@ def _act(
     where, actor, more : fields of the act
     """
     mark, replaced = before.mark(where), session.get(GivenMark, (before.student.id, *where))
-    usual = {"level": None, "points": None, "remark": "", "asked": False, "undoes": None}
+    usual = {"level": None, "points": None, "remark": "", "referred": False, "undoes": None}
     fields: dict[str, Any] = {**usual, "out_of": mark.out_of, "given": mark.given, **more}
     act = Act(NEW, before.student.student, *where, actor, when=clock.now(), **fields)
     act = put(session, before.student.id, act, replaced=replaced and replaced.as_json())

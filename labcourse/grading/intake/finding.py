@@ -35,6 +35,8 @@ YES, NO = "yes", "no"  #: decisions on a partner
 NO_PLATFORM = "none"  #: decision on a platform: names are the students' IDs
 #: :attr:`Doubt.key` → what was decided.
 Decisions = Mapping[tuple[str, str], str]
+#: What lies at a place: a file, the content of a folder or an archive, a folder on disk, or why it is not read.
+PlaceContent = StoredFile | Listing | Path | Problem
 
 
 @dataclass(frozen=True)
@@ -159,7 +161,7 @@ class Place:
     """
 
     source: str
-    content: StoredFile | Listing | Path | Problem
+    content: PlaceContent
 
     @property
     def name(self) -> str:

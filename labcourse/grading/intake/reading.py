@@ -55,7 +55,7 @@ class ReadSubmission:
     faults : problems that nothing that is read later solves
     unread : name of a file of the course → why it cannot be read; removed when a later one is read
     unreadable : pieces that cannot be read; moved to the notes when a later piece has notebooks
-    held : names of all files that were handed in
+    names : names of all files that were handed in
     has_notebooks : whether notebooks of the course are among the items
     """
 
@@ -66,7 +66,7 @@ class ReadSubmission:
     faults: list[Problem] = field(default_factory=list)
     unread: dict[str, Problem] = field(default_factory=dict)
     unreadable: list[Problem] = field(default_factory=list)
-    held: set[str] = field(default_factory=set)
+    names: set[str] = field(default_factory=set)
     has_notebooks: bool = False
 
     def problems(self, earlier: Collection[str] = ()) -> list[Problem]:
@@ -85,7 +85,7 @@ class ReadSubmission:
             else:
                 problems.append(Problem.of(code, name, why=why))
         if not (self.has_notebooks or self.unreadable or any(map(is_notebook, [*self.unread, *earlier]))):
-            problems.append(Problem.of(Code.NO_NOTEBOOK, **named(sorted(self.held))))
+            problems.append(Problem.of(Code.NO_NOTEBOOK, **named(sorted(self.names))))
         return list(dict.fromkeys(problems))
 
 
@@ -141,7 +141,7 @@ class _Reader:
     def read(self, piece: Piece) -> None:
         """Read what counts of a piece, and note what does not."""
         contents, trouble = self.contents, piece.trouble
-        contents.held |= {path.rpartition("/")[2] for path in piece.files}
+        contents.names |= {path.rpartition("/")[2] for path in piece.files}
         try:
             if piece.files:
                 self.shelf.open(next(iter(piece.files.values())).store)

@@ -50,13 +50,13 @@ class Context:
     ----------
     missing : (question, part) → why there is no answer
     supplied : (question, part) of values that an instructor supplied
-    asked : (question, part) of the release that the student worked with; None if it asks all that the course asks
+    asked_parts : (question, part) of the release that the student worked with; None if it asks all that the course asks
     reports_in_pdf : number of a report → the PDF that was handed in, for a person to read
     """
 
     missing: Mapping[tuple[str, str], Reason] = field(default_factory=dict)
     supplied: Collection[tuple[str, str]] = ()
-    asked: Collection[tuple[str, str]] | None = None
+    asked_parts: Collection[tuple[str, str]] | None = None
     reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
 
 
@@ -104,10 +104,10 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, context: C
 
 def _is_asked(course: Course, where: tuple[str, str], context: Context) -> bool:
     """Return whether the student's release asks for a part; for a report as a whole, for any of its texts."""
-    if context.asked is None:
+    if (asked := context.asked_parts) is None:
         return True
     report = course.catalogue.report_judged.get(where[0])
-    return where in context.asked if report is None else any(number == report for number, _part in context.asked)
+    return where in asked if report is None else any(number == report for number, _part in asked)
 
 
 def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
@@ -192,11 +192,11 @@ def unmarked(key: Key, claims: Claims) -> list[Problem]:
     return [Problem.of(Code.NOT_IN_KEY, number) for number in numbers]
 
 
-def nothing_earned(course: Course, reason: Reason, status: Status, context: Context = Context()) -> list[Mark]:
+def nothing_earned(course: Course, reason: Reason, status: Status, context: Context = Context()) -> tuple[Mark, ...]:
     """Return marks without points for a submission of which nothing could be read or marked."""
-    return [
+    return tuple(
         Mark(number, part.name, status, 0.0, part.points, reason)
         for number in course.key
         for part in course.catalogue.find_marked(number).parts
         if _is_asked(course, (number, part.name), context)
-    ]
+    )

@@ -190,8 +190,8 @@ def _mark_answers(job: MarkingJob) -> Marked:
     claims.notes.extend(getattr(bench, "notes", ()))
     claims.problems.extend(_other_bench(course, bench, claims))
     decoding.add_words(claims, job.words, course.catalogue)
-    if job.context.asked is not None:
-        given = course.given_values(job.student, job.policy or course.settings.bench, job.context.asked)
+    if job.context.asked_parts is not None:
+        given = course.given_values(job.student, job.policy or course.settings.bench, job.context.asked_parts)
         claims.values.update(given)
         claims.notes += [Problem.of(Code.GIVEN_TO_CLASS, names=[*map(" ".join, given)])] if given else []
     marks = marking.mark(course, claims, bench, job.probe_seed, job.context)

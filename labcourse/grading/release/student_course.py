@@ -218,7 +218,7 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
         course_json[course_file.PAGE_LIMIT] = settings.report.page_limit
     if course.catalogue.optional:  # also without any, so that restoring a student's folder takes them out
         course_json[course_file.OPTIONAL] = sorted(settings.optional)
-    asked = {(number, name) for number, question in course.asked.marked.items() for name in question.names}
+    asked = {(number, name) for number, question in course.asked_catalogue.marked.items() for name in question.names}
     for (question, part), value in course.given_values("", settings.bench, asked).items():
         if value is not None:
             course_json.setdefault(course_file.GIVEN, {}).setdefault(question, {})[part] = np.asarray(value).tolist()

@@ -23,7 +23,7 @@ from labcourse.grading.graded_run import answers_of
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports import drawn_figure, markdown
 from labcourse.grading.reports.changes import state_text
-from labcourse.grading.reports.result import Result, asked, lapse, state_of, sums
+from labcourse.grading.reports.result import Result, lapse, request_text, state_of, sums
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import FeedbackSettings
 from labcourse.sentences import sentence
@@ -63,7 +63,7 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
         "undecided": UNDECIDED,
         "answer_link": answer_link,
     }
-    helpers = {"points": points, "worth": worth, "sums": sums, "asked": asked, "lapse": lapse, "in_full": in_full}
+    helpers: dict[str, Any] = {one.__name__: one for one in (points, worth, sums, request_text, lapse, in_full)}
     helpers |= {"state_of": state_of, "state_text": state_text, "anchor": anchor}
     return templates().get_template("feedback.html").render(**context, **helpers) + "\n"
 

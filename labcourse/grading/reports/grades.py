@@ -24,7 +24,7 @@ from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, Publication, StudentRecord
 from labcourse.grading.reports import feedback, hints
 from labcourse.grading.reports.changes import ChangedMark, changed_in
-from labcourse.grading.reports.result import Result, account_in, asked, lapse, result_in, state_of, sums
+from labcourse.grading.reports.result import Result, account_in, lapse, request_text, result_in, state_of, sums
 from labcourse.messages import DISK_FULL, FREE_SPACE
 from labcourse.safe_text import as_csv, no_escapes
 from labcourse.sentences import sentence, sentences
@@ -276,7 +276,7 @@ def grades_table(
         cells = [""] * len([*questions, *_TOTALS])
         notes = NOT_GRADED_YET if caseless(about.student) in handed_in else NOTHING_HANDED_IN
         if isinstance(row, Result):
-            requests = [f"{one.question}, {one.part}: {asked(one)}" for one in row.requests]
+            requests = [f"{one.question}, {one.part}: {request_text(one)}" for one in row.requests]
             run, cells, lapsed = row.run, _points(row, questions), map(lapse, row.graded.lapsed)
             notes = " ".join([*sentences(run.problems), *lapsed, *requests, *sentences(run.notes), run.isolation])
         grades = _grades(account) if account else [""] * len([*assignments, *_SO_FAR])
@@ -293,7 +293,7 @@ def _grades(account: Account) -> list[str]:
     if not has_marks:
         return [*cells, "", "", ""]
     so_far = [account.so_far_text, in_full(account.out_of)] if account.out_of else ["", ""]
-    return [*cells, *so_far, " ".join(account.how())]
+    return [*cells, *so_far, " ".join(account.explanations())]
 
 
 def _points(row: Result, questions: Sequence[str]) -> list[str]:

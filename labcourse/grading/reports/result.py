@@ -187,7 +187,7 @@ def account_in(book: Gradebook, course: Course, graded: Graded | None, about: St
 
 def nothing_given(course: Course) -> tuple[Mark, ...]:
     """Return the marks of somebody who gave no answer."""
-    parts = [(question.number, part) for question in course.asked.marked.values() for part in question.parts]
+    parts = [(question.number, part) for question in course.asked_catalogue.marked.values() for part in question.parts]
     return tuple(Mark(number, part.name, Status.MISSING, 0.0, part.points, "") for number, part in parts)
 
 
@@ -219,7 +219,7 @@ def state_of(grade: AssignmentGrade) -> str:
     return f"{grade.state}{late}"
 
 
-def asked(request: CommentRecord) -> str:
+def request_text(request: CommentRecord) -> str:
     """Describe a request of the student's."""
     state = "not answered yet" if request.is_open else "answered"
     return f"Asked on {request.when:%Y-%m-%d} to be looked at again; {state}."

@@ -34,7 +34,7 @@ from labcourse.grading.release import releases, student_course, student_notebook
 from labcourse.grading.release.releases import StoredRelease
 from labcourse.problems import Code, Problem
 from labcourse.run import inside
-from labcourse.run.alignment import asked, source_of
+from labcourse.run.alignment import asked_cells, source_of
 
 INSIDE = "labcourse_inside"  #: package beside the course's packages: the warm runner
 FONTS = "matplotlib"  #: folder beside them, with matplotlib's list of fonts
@@ -57,7 +57,7 @@ class Bundle:
     catalogue : the course's questions, without those of notebooks that the release leaves out
     release : name of the release
     policy : which bench each student has
-    asked : the (question, part) that its notebooks ask for, of these questions
+    asked_parts : the (question, part) that its notebooks ask for, of these questions
     """
 
     packed: bytes
@@ -68,7 +68,7 @@ class Bundle:
     catalogue: Catalogue
     release: str = ""
     policy: BenchPolicy = THEIR_OWN
-    asked: frozenset[tuple[str, str]] = frozenset()
+    asked_parts: frozenset[tuple[str, str]] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
         catalogue=catalogue,
         release=release,
         policy=policy,
-        asked=frozenset(where for *_cell, asked_for in asked(pristine, catalogue) for where in asked_for),
+        asked_parts=frozenset(where for *_cell, parts in asked_cells(pristine, catalogue) for where in parts),
     )
 
 

@@ -45,7 +45,7 @@ class Prepared:
     supplied : "1.2.speed" → value that the instructor supplied in place of a missing answer
     python : newest version of Python that a notebook was saved with; None if it is not known
     untouched : names of notebooks, without ending, in which the student changed nothing
-    taken : digest of all that it was prepared from
+    prepared_from : digest of all that it was prepared from
     waits : notebook that others handed in who name this student as a partner, unconfirmed → their IDs
     """
 
@@ -62,7 +62,7 @@ class Prepared:
     supplied: Mapping[str, Any] = field(default_factory=dict)
     python: Version | None = None
     untouched: tuple[str, ...] = ()
-    taken: str = ""
+    prepared_from: str = ""
     waits: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def run_content(self) -> list[Any]:

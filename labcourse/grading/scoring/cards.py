@@ -111,7 +111,7 @@ def _shown(desk: Desk, answer: Answer) -> dict[str, Any]:
         "text": _text(desk, run, answer),
         "facts": [_fact(desk, one, where) for one in marks if one.where in related and (one.given or one.reason)],
         "figures": [(f"{number} {name}", drawn) for (number, name), drawn in figures.items()],
-        "state": state(answer) if answer.asked or not answer.waiting else "",
+        "state": state(answer) if answer.referred or not answer.waiting else "",
         "pdf": pdf,
         "look_in_pdf": pdf is not None and answer.mark.given == pdf.given and where[0] not in judged,
         "some_in_pdf": pdf is not None and where[0] in judged and NOT_WRITTEN in answer.mark.given,

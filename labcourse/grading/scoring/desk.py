@@ -72,7 +72,7 @@ def key_of(student: str, where: Where) -> str:
 def seen(answer: Answer) -> str:
     """Compute a digest of an answer and its mark: a different one says that one of them has changed."""
     mark = answer.mark
-    state = [mark.status, mark.points, answer.asked, mark.out_of, mark.given]
+    state = [mark.status, mark.points, answer.referred, mark.out_of, mark.given]
     return hashlib.sha256(json.dumps(state).encode()).hexdigest()[:_KEY]
 
 
@@ -129,14 +129,14 @@ class Desk:
     def due(self, where: Where) -> list[Answer]:
         """Return the answers that wait for a scorer, in their order."""
         answers = sorted(self.book.scores.answers([where]), key=lambda one: shuffled(one.student, where))
-        return [one for one in answers if one.waiting and not one.asked]
+        return [one for one in answers if one.waiting and not one.referred]
 
     def remarks(self, where: Where) -> dict[str, str]:
         """Return key → remark for a part: the rubric's first, then those that were written most often before.
 
         Each line of a remark counts; of two that were written as often, the later one comes first.
         """
-        acts = [act for act in standing(self.book.scores.acts([where])) if not act.asked]
+        acts = [act for act in standing(self.book.scores.acts([where])) if not act.referred]
         lines = [line.strip() for act in reversed(acts) for line in reversed(act.remark.split("\n"))]
         written = [line for line, _count in Counter(filter(None, lines)).most_common()]
         item = self.rubric.get(where)
@@ -170,7 +170,7 @@ class Desk:
 
         After the last part, the first one is next.
         """
-        waiting = {answer.where for answer in self.book.scores.answers() if answer.waiting and not answer.asked}
+        waiting = {answer.where for answer in self.book.scores.answers() if answer.waiting and not answer.referred}
         order = self.in_order([*waiting, where])
         place = order.index(where)
         return next(iter([*order[place + 1 :], *order[:place]]), None)
@@ -195,8 +195,8 @@ class Desk:
         if decided.given is None or made is None or made.status == Status.FOR_A_PERSON:
             return []
         same = (made.status, _same_for_all(made.reason))
-        answers = sorted(self.book.scores.any_answers(made.where), key=lambda one: shuffled(one.student, made.where))
-        return [one for one in answers if (one.mark.status, _same_for_all(one.mark.reason)) == same and not one.asked]
+        theirs = sorted(self.book.scores.any_answers(made.where), key=lambda one: shuffled(one.student, made.where))
+        return [one for one in theirs if (one.mark.status, _same_for_all(one.mark.reason)) == same and not one.referred]
 
     def renew(self, actor: str, where: Where, key: str) -> str | None:
         """Claim an answer again; return a message if that fails."""
@@ -318,7 +318,7 @@ def _same_for_all(reason: Reason) -> str:
 def state(answer: Answer) -> str:
     """Describe what became of an answer so far: who decided, when, and why."""
     last, mark, by, act = answer.last(), answer.mark, answer.given, answer.decision
-    if last is not None and answer.asked:
+    if last is not None and answer.referred:
         return f"{last.actor} asked the instructor at {moment(last.when)}: “{last.remark}”"
     points = f"{shown_points(mark.points)} of {in_points(mark.out_of)}"
     if by is None:

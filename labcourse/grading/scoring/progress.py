@@ -17,14 +17,14 @@ class Tally:
 
     Attributes
     ----------
-    total, done, waiting, asked : answers: all, decided, to be read, left to the instructor
+    total, done, waiting, referred : answers: all, decided, to be read, left to the instructor
     levels : level → how many have it; points without a level, also those of ``labcourse mark``, count as ``other``
     """
 
     total: int
     done: int
     waiting: int
-    asked: int
+    referred: int
     levels: dict[int, int]
     other: int
 
@@ -32,8 +32,8 @@ class Tally:
 def tally(answers: Sequence[Answer]) -> Tally:
     """Count how far some answers are."""
     done = [one for one in answers if not one.waiting]
-    asked = sum(one.asked for one in answers)
+    referred = sum(one.referred for one in answers)
     given = Counter(one.decision.level if one.decision else None for one in done)
     levels = {level: given[level] for level in LEVELS}
-    waiting = len(answers) - len(done) - asked
-    return Tally(len(answers), len(done), waiting, asked, levels, len(done) - sum(levels.values()))
+    waiting = len(answers) - len(done) - referred
+    return Tally(len(answers), len(done), waiting, referred, levels, len(done) - sum(levels.values()))

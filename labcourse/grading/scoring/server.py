@@ -31,7 +31,7 @@ from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, StudentRecord
 from labcourse.grading.graded_run import facts_of
 from labcourse.grading.reports import feedback
-from labcourse.grading.reports.result import asked, lapse, result_in
+from labcourse.grading.reports.result import lapse, request_text, result_in
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import cards, progress
 from labcourse.grading.scoring.desk import Desk, Done, Pick, key_of, moment, seen, state
@@ -125,7 +125,7 @@ class Pages:
             question, held = self.desk.catalogue.marked.get(where[0]), scores.claimed(where)
             readers = sorted({actor for actor, _until in held.values()})
             rows.append((where, question.title if question else "", progress.tally(by_part[where]), readers))
-            asked += [(one, held.get(one.student, ("",))[0]) for one in by_part[where] if one.asked]
+            asked += [(one, held.get(one.student, ("",))[0]) for one in by_part[where] if one.referred]
         return self._page("overview.html", request, rows=rows, asked=asked)
 
     def scoring(self, request: Request) -> Response:
@@ -146,7 +146,7 @@ class Pages:
 
     def _rendered(self, template: str, **values: Any) -> str:
         helpers: dict[str, Any] = {"points": shown_points, "key_of": key_of, "state": state, "label": self.desk.label}
-        helpers |= {"worth": in_points, "link": link, "asked_on": asked}
+        helpers |= {"worth": in_points, "link": link, "request_text": request_text}
         helpers |= {"moment": moment, "lapse": lapse, "names": self.desk.names}
         return templates("scoring/page").get_template(template).render(**values, **helpers)
 
@@ -348,7 +348,7 @@ class Pages:
             messages.insert(0, f"{len(done.acts)} answers in one go; u takes them all back.")
         for act in done.acts if len(done.acts) == 1 else ():
             level = "" if act.level is None else f"level {act.level}, "
-            given = "left to the instructor" if act.asked else f"{level}{in_points(act.points or 0.0)}"
+            given = "left to the instructor" if act.referred else f"{level}{in_points(act.points or 0.0)}"
             messages.insert(0, f"{self.desk.label(act.student, act.where)}: {given}.")
         ticked = {pick.key: pick.seen for pick in sent.answers}
         found = [] if done.acts else [self.desk.find(sent.where, key) for key in sent.shown or ticked]
@@ -385,7 +385,7 @@ class Pages:
         card = cards.card(self.desk, found) if found else None
         after = None if found else self.desk.part_after(where)
         left = len(self.desk.due(where))
-        values = {"card": card, "again": again or {}, "left": left, "asked": tally.asked, "after": after}
+        values = {"card": card, "again": again or {}, "left": left, "asked": tally.referred, "after": after}
         return {
             "html": self._rendered("card.html", **values),
             "state": self._rendered("tally.html", tally=tally),

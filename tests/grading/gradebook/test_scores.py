@@ -36,7 +36,7 @@ def test_answers_are_those_that_a_person_reads_by_student_and_part(book):
     assert found == [("ada", COMPARED), ("bob", WORDS), ("bob", COMPARED)]  # blank ones are done
     assert [one.student for one in book.scores.answers([WORDS])] == ["bob"]
     assert book.scores.answers([]) == []
-    assert all(one.waiting and not one.asked and one.last() is None for one in book.scores.answers())
+    assert all(one.waiting and not one.referred and one.last() is None for one in book.scores.answers())
 
 
 def test_answers_include_those_for_which_a_person_replaced_the_softwares_mark(class_of_three):
@@ -93,11 +93,11 @@ def test_an_answer_on_which_the_instructor_is_asked_waits_until_somebody_decides
     class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     class_of_three.scores.ask("ada", COMPARED, "kim", remark="Is this a copy?")
     answer = class_of_three.scores.answers([COMPARED])[0]
-    assert answer.asked and answer.waiting and answer.mark.status == Status.FOR_A_PERSON
+    assert answer.referred and answer.waiting and answer.mark.status == Status.FOR_A_PERSON
     assert class_of_three.scores.claim(["ada"], COMPARED, "lee", HOUR) is None  # the instructor's, and nobody else's
     class_of_three.set_mark("ada", *COMPARED, 1, "No.", "prof")
     answer = class_of_three.scores.answers([COMPARED])[0]
-    assert not answer.asked and not answer.waiting
+    assert not answer.referred and not answer.waiting
 
 
 def test_taking_an_act_back_restores_the_earlier_mark_and_stores_both_acts(class_of_three):

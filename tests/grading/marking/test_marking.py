@@ -304,11 +304,11 @@ def marks_given(answers_with, about):
 def test_what_a_student_claims_in_place_of_what_is_given_counts_for_nothing(answers_with):
     claimed = answers_with(2.6)
     assert marks_given(claimed, Context())["2.14", "A"] == Status.FOLLOW_THROUGH  # who was asked for it: it follows
-    given = marks_given(claimed, Context(asked=MATRICES))
+    given = marks_given(claimed, Context(asked_parts=MATRICES))
     assert set(given) == set(MATRICES) and given["2.14", "A"] == Status.WRONG
 
 
 def test_what_follows_from_what_is_given_is_right(answers_with):
     values = OURS.given_values("ada", OWN_BENCH, MATRICES)
-    found = marks_given(answers_with(values["2.12", "K_s"]), Context(asked=MATRICES))
+    found = marks_given(answers_with(values["2.12", "K_s"]), Context(asked_parts=MATRICES))
     assert set(found.values()) == {Status.RIGHT}

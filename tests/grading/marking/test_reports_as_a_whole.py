@@ -26,7 +26,7 @@ def claims(texts):
 
 
 def marks(texts, asked=None):
-    found = marking.mark(COURSE, claims(texts), bench=None, probe_seed=1, context=Context(asked=asked))
+    found = marking.mark(COURSE, claims(texts), bench=None, probe_seed=1, context=Context(asked_parts=asked))
     return {(one.question, one.part): one for one in found}
 
 

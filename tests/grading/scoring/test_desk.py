@@ -180,7 +180,7 @@ def test_undo_goes_on_behind_what_another_decided_since(book):
     made.give("Ann", WORDS, picks([first]), level=4)
     (other,) = made.next("Ann", WORDS)
     made.ask("Ann", WORDS, picks([other]), "Is it?")
-    (asked,) = [one for one in book.scores.answers([WORDS]) if one.asked]
+    (asked,) = [one for one in book.scores.answers([WORDS]) if one.referred]
     (theirs,) = made.give("Prof", WORDS, picks([asked]), level=2).acts
     assert "Prof gave it level 2" in made.undo("Ann").problems[0]
     done = made.undo("Ann")

@@ -103,7 +103,7 @@ def test_keys_for_remarks_points_asking_skipping_and_undoing(tmp_path, chromium)
         assert "Does this count?" in page.inner_text(".asked")
         assert seat.errors == []
         seat.close()
-    done = [(act.level, act.points, act.remark, act.asked) for act in acts(tmp_path) if act.undoes is None]
+    done = [(act.level, act.points, act.remark, act.referred) for act in acts(tmp_path) if act.undoes is None]
     assert done == [
         (4, 1.0, "Good: 3 of 4 causes? u", False),
         (None, 0.6, "", False),
