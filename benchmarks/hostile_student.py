@@ -147,10 +147,15 @@ def main() -> int:
         roster = [StudentRecord("ada", "Ada Lovelace")]
         (submission,) = clock.step("finding it", lambda: intake.find(folder / "class", roster)).submissions
         reports = list(report_files.names(course.catalogue).values())
-        read = clock.step("reading it", lambda: intake.read(submission, bundles.names, cells, course.packages, reports))
+        read = clock.step(
+            "reading it",
+            lambda: intake.read(submission, bundles.names, cells, packages=course.packages, reports=reports),
+        )
         with Gradebook(folder / "gradebook.sqlite") as gradebook:
             clock.step("storing it", lambda: batch.store_submission(gradebook, submission, read))
-            hand_in, _notes = clock.step("what counts", lambda: intake.newest(read.items, bundles.names, reports))
+            hand_in, _notes = clock.step(
+                "what counts", lambda: intake.newest(read.items, bundles.names, reports=reports)
+            )
         prepared = clock.step("preparing it", lambda: prepare(hand_in, bundles.current, course.catalogue, "ada"))
         clock.step("digests", lambda: (prepared.run_content(), prepared.digest()))
         shown = [answer.as_json() for answer in prepared.words.values()]

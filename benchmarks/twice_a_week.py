@@ -118,7 +118,7 @@ class _Filled(batch.Batch):
     """A batch in which everybody's run and marks are the model's."""
 
     def __init__(self, submissions: Path, course: Course, book: Gradebook, model: Graded) -> None:
-        super().__init__(submissions, course, book, batch.Settings(RunLimits(submission=600), JOBS))
+        super().__init__(submissions, course, book, batch.Settings(limits=RunLimits(submission=600), jobs=JOBS))
         self._model = model
 
     def _run(self, run: RunRecord, *_: Any) -> RunRecord:

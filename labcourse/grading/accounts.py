@@ -399,12 +399,12 @@ def _item(mark: Mark, notebook: str, work: Work | None, settings: CourseSettings
     return AccountItem(
         *where,
         notebook,
-        None if undecided else exact(mark.points),
-        exact(mark.out_of),
-        marks.dropped_as(*where),
-        marks.weighted_as(*where),
-        exact(marks.weight(*where)),
-        Fraction(0) if due is None else due.lost_share,
+        points=None if undecided else exact(mark.points),
+        out_of=exact(mark.out_of),
+        dropped_as=marks.dropped_as(*where),
+        weighted_as=marks.weighted_as(*where),
+        weight=exact(marks.weight(*where)),
+        lost_share=Fraction(0) if due is None else due.lost_share,
     )
 
 

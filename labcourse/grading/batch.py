@@ -45,7 +45,7 @@ ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
 PROBE_SEED_BITS = 48  #: of a seed that nobody can guess, and that is exact as a float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Settings:
     """How a class is graded.
 
@@ -136,9 +136,9 @@ class Batch:
         self._key_digest, self._secret = marking_digest(course), gradebook.secret()
         roster = [student for student in gradebook.students() if student.enrolled]
         named = partial(students_named_before, gradebook)
-        options = (settings.times, settings.zone, named, settings.decisions, settings.platform)
+        find = partial(intake.find, zone=settings.zone, decisions=settings.decisions, platform=settings.platform)
         if isinstance(submissions, Path):
-            collected = intake.find(submissions, roster, *options)
+            collected = find(submissions, roster, settings.times, earlier=named)
         else:
             collected = intake.ClassFolder([*map(_stored, submissions, submissions.values())], [])
         # A declined partner who handed in nothing and has no marks is left out.
@@ -231,10 +231,10 @@ class Batch:
 
     def _read(self, submission: intake.Submission) -> intake.ReadSubmission:
         """Read the files of a submission."""
-        names, packages = self._bundles.names, self._course.packages
-        decisions, owner = self._settings.decisions, submission.claimed_by or submission.student
+        owner, decisions = submission.claimed_by or submission.student, self._settings.decisions
+        read_files = partial(intake.read, packages=self._course.packages, reports=self._reports, decisions=decisions)
         before = partial(self._gradebook.delivered, owner)
-        read = intake.read(submission, names, self._masters, packages, self._reports, decisions, before)
+        read = read_files(submission, self._bundles.names, self._masters, earlier=before)
         self.doubts += read.doubts
         self._leave_out_others(read, {name: digest for name, digest, *_ in self._gradebook.stored(owner)})
         return read
@@ -284,7 +284,7 @@ class Batch:
         earlier = store_submission(self._gradebook, submission, read)
         basis = self._prepared_from(submission, read)  # what another program stores from now on is new the next time
         hand_in, arrivals = intake.newest(
-            delivered(self._gradebook, submission, read, self._masters), names, self._reports, read.unread
+            delivered(self._gradebook, submission, read, self._masters), names, self._reports, unread=read.unread
         )
         chosen = self._bundles.choose(hand_in)
         catalogue = chosen.bundle.catalogue
@@ -295,8 +295,8 @@ class Batch:
             chosen.bundle,
             self._course.catalogue,
             submission.bench_of or submission.student,
-            self._settings.every_cell,
-            self._supplied(submission.student),
+            every_cell=self._settings.every_cell,
+            supplied=self._supplied(submission.student),
         )
         unread = read.problems(earlier) if submission.pieces else ()
         problems = (*submission.problems, *unread, *chosen.problems, *prepared.problems)

@@ -195,7 +195,7 @@ def release(
     from labcourse.grading.release import releases, student_course
 
     course = courses.find(solutions)
-    made = student_course.release(course, out, with_data, replace)
+    made = student_course.release(course, out, with_data=with_data, replace=replace)
     count = plural(len(made.notebooks), "{count} notebook", "{count} notebooks")
     typer.echo(f"{count}: {', '.join(made.notebooks)}\n{made.folder}\n{made.archive}")
     if keep:
@@ -316,7 +316,7 @@ def grade(
     from labcourse.grading.running.runner import RunLimits
 
     when, problems = read_times(times, zone) if times else ({}, [])
-    limits = RunLimits(cell_timeout, deadline, memory * 2**20, processes)
+    limits = RunLimits(cell=cell_timeout, submission=deadline, memory=memory * 2**20, processes=processes)
     try:
         course = courses.find(solutions)
         values = tuple(supplied.read(text, course.catalogue) for text in supply or ())
@@ -492,12 +492,12 @@ def score(
             desk,
             names,
             site,
-            port,
-            browser,
-            course,
-            lambda link: as_page(class_overview(book, course, folder), link),
-            certificate,
-            private_key,
+            port=port,
+            browser=browser,
+            course=course,
+            class_page=lambda link: as_page(class_overview(book, course, folder), link),
+            certificate=certificate,
+            private_key=private_key,
         )
 
 
@@ -526,7 +526,7 @@ def regrade(
     changed, failed, faults = Counter[bool](), False, dict[str, None]()
     with _gradebook(marks) as book, ExitStack() as stack:
         reports = None if folder is None else stack.enter_context(Reports(folder, course, book))
-        for done in batch.regrade(book, course, question or (), jobs):
+        for done in batch.regrade(book, course, question or (), jobs=jobs):
             change = changes(done.before, done.after)
             changed[bool(change.parts)] += 1
             failed |= bool(done.problem)
@@ -598,7 +598,7 @@ def publish(
         count = reports.write_all()
         unready = list(not_ready(book, course, notebooks, begun))
         if is_open:
-            book.publish(by, note, begun, notebooks)
+            book.publish(by, note, when=begun, notebooks=notebooks)
     say(f"Pages of {_students(count)}: {folder}")
     if reports.without_page:
         say(f"No page, as nothing of theirs is graded: {', '.join(reports.without_page)}.")
@@ -673,7 +673,7 @@ def export(
             maximum = theirs.maximum(place, out_of)
             matches = platforms.match(theirs, book.students())
             earned = platforms.earned(book, course, only)
-            data, entries = platforms.fill(theirs, place, maximum, matches, earned, choice)
+            data, entries = platforms.fill(theirs, place, maximum, matches=matches, earned=earned, choice=choice)
         except GradebookError:
             raise
         except GradingError as error:
@@ -686,7 +686,7 @@ def export(
     for path, content in contents.items() if not dry_run else ():
         files.write(path, content)
     say(f"{theirs.platform.name}, column {place.heading!r}, out of {maximum:f}:")
-    say(*platforms.summary(theirs, entries, matches, dry_run), *messages)
+    say(*platforms.summary(theirs, entries, matches, dry=dry_run), *messages)
     typer.echo("Nothing was written (--dry-run)." if dry_run else f"Written: {target}")
     complete = all(entry.complete for entry in entries.values())
     lacking = not complete or matches.unknown or matches.refused or matches.missing
@@ -707,7 +707,7 @@ def outcomes_report(
 
     course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
-        count, notes = write_report(folder, course, book, sections)
+        count, notes = write_report(folder, course, book, by_section=sections)
     say(f"{_students(count)}: {folder / ATTAINMENT_FILE}", *notes)
     say(f"{LEVELS_FILE} has names: it is for you, and not for an accreditation.")
 
@@ -757,7 +757,7 @@ def mark(
             expected = dataclasses.replace(seen, points=expect)
         elif seen and expect is None and seen.status == Status.BY_A_PERSON:
             expected = dataclasses.replace(seen, status=Status.FOR_A_PERSON)
-        book.set_mark(student, question, part, points, reason, by, expected)
+        book.set_mark(student, question, part, points, reason, by, expected=expected)
     shown = textwrap.shorten(seen.given if seen else "", _ANSWER_LENGTH, placeholder="…")
     say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. {program.name()} report writes it down.")
 

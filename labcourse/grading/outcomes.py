@@ -321,7 +321,7 @@ def withheld(sizes: Mapping[str, int], fewest: int) -> frozenset[str]:
 # --- the report -------------------------------------------------------------------------------------------------------
 
 
-def write_report(out: Path, course: Course, book: Gradebook, by_section: bool = True) -> tuple[int, list[str]]:
+def write_report(out: Path, course: Course, book: Gradebook, *, by_section: bool = True) -> tuple[int, list[str]]:
     """Write the report on a class in place of an earlier one.
 
     Parameters

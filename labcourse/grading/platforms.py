@@ -648,7 +648,7 @@ def _has_decimal_commas(table: CsvTable) -> bool:
     return any("," in text for text in numbers) and not any("." in text for text in numbers)
 
 
-def summary(export: Export, entries: Mapping[str, StudentCell], matches: Matches, dry: bool = False) -> list[str]:
+def summary(export: Export, entries: Mapping[str, StudentCell], matches: Matches, *, dry: bool = False) -> list[str]:
     """Summarise what was written and what was not, the counts first.
 
     Parameters

@@ -219,11 +219,7 @@ def _put_right(notebook: dict[str, Any], master: Sequence[Mapping[str, Any]]) ->
 
 
 def _cell(
-    place: Placed,
-    own: _Cell | None,
-    masters: Sequence[Mapping[str, Any]],
-    begun: set[int],
-    wrong_kind: set[str],
+    place: Placed, own: _Cell | None, masters: Sequence[Mapping[str, Any]], begun: set[int], wrong_kind: set[str]
 ) -> _Cell:
     """Return the cell that belongs in a place."""
     if own is None:

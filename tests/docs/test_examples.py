@@ -162,6 +162,13 @@ def test_links_lead_to_a_file_and_a_heading(path):
                 assert heading in anchors, link
 
 
+def test_each_file_of_the_table_where_a_change_goes_is_there():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = page.partition("## Where a change goes")[2].partition("\n## ")[0]
+    named = re.findall(r"`([\w./*]+/[\w./*]*)`", table)
+    assert len(named) > 9 and [one for one in named if not any(ROOT.glob(one.rstrip("/")))] == []
+
+
 @pytest.mark.parametrize("path", PAGES, ids=name_of)
 def test_commands_and_their_options_exist(path):
     found = {line: unknown(line) for line in commands(path)}

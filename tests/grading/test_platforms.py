@@ -263,7 +263,9 @@ def fill(book, content, out_of=None, have=None, **choice):
     matches = platforms.match(found, book.students())
     marks = platforms.earned(book, OURS) | (have or {})
     made = MarkFormat(**{"decimals": 2} | choice)
-    data, entries = platforms.fill(found, column, found.maximum(column, out_of), matches, marks, made)
+    data, entries = platforms.fill(
+        found, column, found.maximum(column, out_of), matches=matches, earned=marks, choice=made
+    )
     return data, entries, platforms.summary(found, entries, matches)
 
 

@@ -31,7 +31,7 @@ def report_text(status: str = "for a person", points: float = 0.0, given: str = 
 def graded(student: str, *marks: Mark, submission: str = "first", key: str = "key 1", **run: Any) -> Graded:
     """A run with its marks."""
     values = {"master": "m", "software": "rotflex 0", "probe_seed": 7, "isolation": "Run in isolation."} | run
-    record = RunRecord(f"{student} {submission}", student, submission, **values)
+    record = RunRecord(key=f"{student} {submission}", student=student, submission=submission, **values)
     return Graded(record, marks or (mark(), prose(), report_text()), key)
 
 

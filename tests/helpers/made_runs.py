@@ -16,7 +16,9 @@ def prose(given="Because it bends.", points=0.0, status="for a person", reason="
 def graded(student="ada", submission="first", *marks, key="", key_digest="key 1", **run):
     values = {"master": "m", "software": "rotflex 0", "probe_seed": 7, "isolation": "isolated", "answers": b"{}"} | run
     key = key or f"{student.casefold()} {submission}"
-    return Graded(RunRecord(key, student, submission, **values), marks or (mark(), prose()), key_digest)
+    return Graded(
+        RunRecord(key=key, student=student, submission=submission, **values), marks or (mark(), prose()), key_digest
+    )
 
 
 def record(book, what, actor="batch", reason="Graded."):

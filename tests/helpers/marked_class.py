@@ -49,7 +49,15 @@ def put(book: Gradebook, student: str, found: list[Mark]) -> None:
 
 def graded(student: str, found: list[Mark]) -> Graded:
     """A run with these marks."""
-    run = RunRecord(f"run of {student}", student, "first", "m", "rotflex 0", 7, "Run in isolation.")
+    run = RunRecord(
+        key=f"run of {student}",
+        student=student,
+        submission="first",
+        master="m",
+        software="rotflex 0",
+        probe_seed=7,
+        isolation="Run in isolation.",
+    )
     return Graded(run, tuple(found), "key 1")
 
 

@@ -209,7 +209,7 @@ class Arrival(NamedTuple):
     clock: str | None = None
 
 
-class RunRecord(Base):
+class RunRecord(Base, kw_only=True):
     """One run of a submission.
 
     Attributes

@@ -441,7 +441,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         return found
 
     def publish(
-        self, actor: str, note: str = "", when: datetime | None = None, notebooks: Iterable[str] = ()
+        self, actor: str, note: str = "", *, when: datetime | None = None, notebooks: Iterable[str] = ()
     ) -> Publication:
         """Store that feedback was given back to the class.
 

@@ -249,6 +249,7 @@ def find(
     folder: Path,
     roster: Sequence[StudentRecord] = (),
     times: Mapping[str, datetime] | None = None,
+    *,
     zone: tzinfo = UTC,
     earlier: Callable[[str], Collection[str] | None] = lambda student: None,
     decisions: Decisions | None = None,

@@ -93,6 +93,7 @@ def read(
     submission: Submission,
     wanted: Sequence[str],
     masters: Mapping[str, Master] | None = None,
+    *,
     packages: Collection[str] = (labcourse.__name__,),
     reports: Sequence[str] = (),
     decisions: Decisions | None = None,
@@ -389,7 +390,7 @@ class _Reader:
 
 
 def newest(
-    items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = (), unread: Collection[str] = ()
+    items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = (), *, unread: Collection[str] = ()
 ) -> tuple[HandIn, list[Problem]]:
     """Return the newest of all that was handed in, and notes on what came when.
 

@@ -163,7 +163,7 @@ def _write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
-def release(course: Course, out: Path, with_data: bool = False, replace: bool = False) -> Release:
+def release(course: Course, out: Path, *, with_data: bool = False, replace: bool = False) -> Release:
     """Build the student's course as a folder of its name in ``out``, and as a zip.
 
     Parameters

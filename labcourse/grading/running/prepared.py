@@ -98,6 +98,7 @@ def prepare(
     bundle: Bundle,
     catalogue: Catalogue,
     student: str,
+    *,
     every_cell: bool = False,
     supplied: Sequence[Supplied] = (),
 ) -> Prepared:

@@ -11,7 +11,7 @@ import json
 import threading
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -40,7 +40,7 @@ _RETRIES = 3  # of a submission after its worker was lost
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RunLimits:
     """The limits of a submission.
 
@@ -81,6 +81,7 @@ class Job:
     student: str
     notebooks: Mapping[str, dict[str, Any]]
     probe_seed: int
+    _: KW_ONLY
     parameters: Mapping[str, str] = field(default_factory=dict)
     imports: tuple[str, ...] = ()
     files: Mapping[str, bytes] = field(default_factory=dict)

@@ -20,7 +20,7 @@ from labcourse.safe_text import say
 
 
 def find_site(
-    url: str | None, proxy: str | None, certificate: Path | None, private_key: Path | None, only_address: bool
+    url: str | None, proxy: str | None, certificate: Path | None, private_key: Path | None, *, only_address: bool
 ) -> Site | None:
     """Return the site that other computers reach; None without --url."""
     if private_key is not None and certificate is None:

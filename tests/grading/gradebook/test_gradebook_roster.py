@@ -131,7 +131,9 @@ def test_columns_that_are_not_read_are_reported(imported):
 
 
 def test_a_student_who_is_graded_already_gets_a_name(book, imported):
-    run = RunRecord("k", "ada", "s", "m", "rotflex 0", 7, "isolated")
+    run = RunRecord(
+        key="k", student="ada", submission="s", master="m", software="rotflex 0", probe_seed=7, isolation="isolated"
+    )
     book.record(Graded(run, (), "key"), "batch", "")
     report, students = imported("Student,Name\nAda,Ada Lovelace\n")
     assert (report.changed, students) == (1, [StudentRecord("Ada", "Ada Lovelace", enrolled=True)])

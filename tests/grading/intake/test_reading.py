@@ -31,7 +31,7 @@ class Read:
     def __init__(self, root, masters=None, packages=("rotflex",)):
         self.found = intake.find(root)
         (submission,) = self.found.submissions
-        self.delivered = intake.read(submission, WANTED, masters, packages)
+        self.delivered = intake.read(submission, WANTED, masters, packages=packages)
         self.problems, self.notes = self.delivered.problems(), self.delivered.notes
         self.hand_in, self.missing = intake.newest(self.delivered.items, WANTED)
 

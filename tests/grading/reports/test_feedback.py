@@ -41,7 +41,17 @@ def page(*marks, course=COURSE, **more):
 def run(answers=None, **more):
     content = {"format": 2, "student": "ada", "bench": {}, "software": "rotflex", "probe_seed": 7}
     data = None if answers is None else json.dumps({**content, "answers": answers}).encode()
-    return RunRecord("k", "ada", "s", "m", "rotflex", 7, "Run in isolation.", data, **more)
+    return RunRecord(
+        key="k",
+        student="ada",
+        submission="s",
+        master="m",
+        software="rotflex",
+        probe_seed=7,
+        isolation="Run in isolation.",
+        answers=data,
+        **more,
+    )
 
 
 def opened(text):

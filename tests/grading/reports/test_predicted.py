@@ -37,7 +37,16 @@ def foretold(answered, tmp_path_factory):
 
 
 def run_of(data):
-    return RunRecord("key", "ada", "submission", "master", "software", 1, "isolation", data)
+    return RunRecord(
+        key="key",
+        student="ada",
+        submission="submission",
+        master="master",
+        software="software",
+        probe_seed=1,
+        isolation="isolation",
+        answers=data,
+    )
 
 
 def marks_of(data):

@@ -55,7 +55,7 @@ def bundles(course):
 
 def marks(course, chosen: bundle.Bundle, hand_in: HandIn, student: str = "ada") -> dict[tuple[str, str], float]:
     prepared = prepare(hand_in, chosen, course.catalogue, student)
-    job = Job(student, prepared.merged.notebooks, PROBE_SEED, chosen.parameters, chosen.imports)
+    job = Job(student, prepared.merged.notebooks, PROBE_SEED, parameters=chosen.parameters, imports=chosen.imports)
     run = runner.run(chosen.packed, job)
     assert run.problems == ()
     claims = decoding.decode(run.answers, PROBE_SEED, course.catalogue)

@@ -102,7 +102,17 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
     monkeypatch.setattr(sandbox, "run", run)
     cancelled = threading.Event()
     notebooks, parameters = {"a.ipynb": {"cells": []}}, {"bench": "x", "student": "b"}
-    job = runner.Job("ada", notebooks, 5, parameters, ("m",), {"f": b"1"}, LIMITS, isolated, evidence="m:read")
+    job = runner.Job(
+        "ada",
+        notebooks,
+        5,
+        parameters=parameters,
+        imports=("m",),
+        files={"f": b"1"},
+        limits=LIMITS,
+        isolated=isolated,
+        evidence="m:read",
+    )
     done = runner.run(b"packed", job, cancelled)
     assert done == runner.Run(b"{}", (), b"reports", b"{}")
     ((command, given),) = asked

@@ -68,7 +68,7 @@ def taken(request, frame, tmp_path, handed_in):
     for honest in hostile.HONEST:
         handed_in(tmp_path / "in", source, honest, hostile.Attack())
     found = {one.student: one for one in intake.find(tmp_path / "in").submissions}
-    read = intake.read(found[student], sorted(bundle.pristine), {}, course.packages)
+    read = intake.read(found[student], sorted(bundle.pristine), {}, packages=course.packages)
     hand_in, _said = intake.newest(read.items, sorted(bundle.pristine))
     ready = prepare(hand_in, bundle, course.catalogue, student)
     reasons = explain(

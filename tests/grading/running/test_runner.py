@@ -75,7 +75,9 @@ def notebooks_of(course, sources):
 def run(course, q1, q2="pass", then="answers = {}", limits=QUICK, student="ada", cancelled=None):
     """Run with q1 and q2 in the first notebook and ``then`` in the second; the answers, and the problems."""
     sources = {"0a.ipynb": {"q1": q1, "q2": q2}, "0b.ipynb": {"q1": then}}
-    job = runner.Job(student, notebooks_of(course, sources), 123, course.parameters, course.imports, limits=limits)
+    job = runner.Job(
+        student, notebooks_of(course, sources), 123, parameters=course.parameters, imports=course.imports, limits=limits
+    )
     done = runner.run(course.packed, job, cancelled)
     return (None if done.answers is None else json.loads(done.answers)), done.problems
 
@@ -217,7 +219,10 @@ HELD = {"recordings/001-x.mat": b"hostile", "read_by.py": b"raise SystemExit('th
 def evidence(packed, reader, files, cells="answers = {}", course=None, limits=QUICK):
     notebooks = {} if course is None else notebooks_of(course, {"0a.ipynb": {"q1": cells}})
     imports = () if course is None else course.imports
-    return runner.run(packed, runner.Job("ada", notebooks, 5, {}, imports, files, limits, evidence=reader)).evidence
+    return runner.run(
+        packed,
+        runner.Job("ada", notebooks, 5, parameters={}, imports=imports, files=files, limits=limits, evidence=reader),
+    ).evidence
 
 
 def test_a_students_file_is_read_in_the_sandbox_and_nowhere_else(course, tmp_path):
