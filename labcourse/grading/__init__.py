@@ -5,7 +5,7 @@
 ``release``                              the student notebooks, and the folder and zip that are handed out
 ``intake``                               submissions, read from what students handed in
 ``running``, ``isolation``               submissions run in a sandbox: content of ``answers.json``
-``marking``                              content of ``answers.json`` marked by the course's key
+``marking``, ``marks``                   content of ``answers.json`` marked by the course's key; what a mark is
 ``batch``, ``graded_run``                a class, from submissions to the gradebook; marking it again
 ``gradebook``, ``erasure``               what is stored, and how a person is erased from it
 ``scoring``                              answers in words, scored by a person
