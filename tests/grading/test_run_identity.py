@@ -82,7 +82,9 @@ def test_another_version_of_the_package_is_another_run(fake_class, monkeypatch):
 def prepared(monkeypatch):
     """What is prepared from now on."""
     hand_ins, once = [], batches.prepare
-    monkeypatch.setattr(batches, "prepare", lambda hand_in, *more: hand_ins.append(hand_in) or once(hand_in, *more))
+    monkeypatch.setattr(
+        batches, "prepare", lambda hand_in, *more, **how: hand_ins.append(hand_in) or once(hand_in, *more, **how)
+    )
     return hand_ins
 
 
@@ -238,11 +240,11 @@ def test_several_that_cannot_be_taken_in_do_not_end_a_batch(fake_class, monkeypa
     place = batch.intake if where == "read" else batch
     honest = getattr(place, where)
 
-    def failing(*given):
+    def failing(*given, **more):
         student = given[0].student if where == "read" else given[3]
         if student in ("ada", "bob"):
             raise MemoryError(f"no room for {student}")
-        return honest(*given)
+        return honest(*given, **more)
 
     monkeypatch.setattr(place, where, failing)
     assert fake_class.grade() == {"ada": 0, "bob": 0, "cleo": 2}

@@ -53,10 +53,10 @@ def test_a_persons_points_are_replaced_where_they_are_named(book):
 def test_what_another_gave_between_reading_and_writing_is_not_replaced(book, monkeypatch):
     set_mark = Gradebook.set_mark
 
-    def somebody_is_first(self, *arguments):
+    def somebody_is_first(self, *arguments, **others):
         monkeypatch.setattr(Gradebook, "set_mark", set_mark)
         assert give(book, 0.25, "anna").exit_code == 0
-        return set_mark(self, *arguments)
+        return set_mark(self, *arguments, **others)
 
     monkeypatch.setattr(Gradebook, "set_mark", somebody_is_first)
     done = give(book, 1, "ben")
@@ -116,7 +116,7 @@ def marked_again(monkeypatch):
     """Regrade with these outcomes."""
 
     def outcomes(*found):
-        monkeypatch.setattr("labcourse.grading.batch.regrade", lambda *_: iter(found))
+        monkeypatch.setattr("labcourse.grading.batch.regrade", lambda *_, **_others: iter(found))
 
     return outcomes
 
@@ -155,7 +155,7 @@ def test_regrade_says_it_to_scripts_and_does_not_end_well_where_the_key_failed(b
 
 
 def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, monkeypatch):
-    def fails(*_):
+    def fails(*_, **_others):
         yield Regraded(graded("ada"), graded("ada"))
         raise GradingError("The database is gone.")
 

@@ -125,7 +125,7 @@ def test_a_mark_by_hand_is_the_mark_and_not_the_level_or_the_question_before_it(
     (answer,) = book.scores.answers([WORDS])
     assert state(answer).startswith("Ann asked")
     found = progress.tally([answer])
-    assert (found.total, found.done, found.waiting, found.asked) == (1, 0, 0, 1)
+    assert (found.total, found.done, found.waiting, found.referred) == (1, 0, 0, 1)
     book.set_mark("student-000", *WORDS, 0.2, "copied", "Prof")
     (answer,) = book.scores.answers([WORDS])
     assert answer.decision is None
