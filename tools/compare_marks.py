@@ -19,7 +19,8 @@ import subprocess
 import sys
 import tempfile
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -88,18 +89,27 @@ def _new(folder: Path) -> Path:
 
 
 def mark(folder: Path, out: Path) -> None:
-    """Mark all hand-ins below a folder with the program that is imported, and write what each was given."""
-    found = {name: _marks_of_class(name, folder / name) for name in CLASSES}
-    found["answers"] = _marks_of_answers(folder / "answers")
-    found["term"] = _marks_of_term()
-    out.write_text(json.dumps(found, indent=1, ensure_ascii=False), encoding="utf-8")
+    """Mark all hand-ins below a folder with the program that is imported, and write what each was given.
+
+    What is there already is not marked again: each group is written as soon as it is done.
+    """
+    found = json.loads(out.read_text(encoding="utf-8")) if out.exists() else {}
+    groups: dict[str, Callable[[], dict[str, Any]]] = {
+        "term": _marks_of_term,
+        **{name: partial(_marks_of_class, name, folder / name) for name in CLASSES},
+        "answers": partial(_marks_of_answers, folder / "answers"),
+    }
+    for name, marks in groups.items():
+        if name not in found:
+            found[name] = marks()
+            out.write_text(json.dumps(found, indent=1, ensure_ascii=False), encoding="utf-8")
 
 
 def _marks_of_class(name: str, folder: Path) -> dict[str, Any]:
     from made_courses import OURS
 
     with tempfile.TemporaryDirectory(dir=folder) as temporary:
-        source, out = OURS.source, Path(temporary, "out")
+        source, out = OURS.folder, Path(temporary, "out")
         if name == "hostile":
             import hostile
 
@@ -110,7 +120,7 @@ def _marks_of_class(name: str, folder: Path) -> dict[str, Any]:
         out.mkdir()
         _rotflex("roster", book, folder / "roster.csv")
         _rotflex("grade", book, folder / "in", "--out", out, "--solutions", source, *options)
-        return dict(_as_data(path) for path in sorted(out.glob("*/marks.json")))
+        return dict(map(_as_data, sorted(out.glob("*/marks.json"))))
 
 
 def _as_data(path: Path) -> tuple[str, dict[str, Any]]:
@@ -148,10 +158,19 @@ def _marks_of_answers(folder: Path) -> dict[str, Any]:
         seed = student_seed(student)
         claims = decode((folder / f"{number}.json").read_bytes(), seed, OURS.catalogue)
         found[name] = {
-            f"{one.question} {one.part}": [one.points, one.out_of, one.status.value, one.reason]
+            f"{one.question} {one.part}": [one.points, one.out_of, one.status.value, _in_words(one.reason)]
             for one in marked(OURS, claims, benches[student], seed)
         }
     return found
+
+
+def _in_words(reason: Any) -> str:
+    """Return the reason of a mark as a text, which it is in commits before problems were data."""
+    if isinstance(reason, str):
+        return reason
+    from labcourse.sentences import sentence
+
+    return sentence(reason)
 
 
 def _marks_of_term() -> dict[str, Any]:
@@ -183,7 +202,7 @@ def differences(before: dict[str, Any], after: dict[str, Any]) -> Iterator[str]:
 
 def _in(tree: Path, *words: object) -> None:
     """Run this file with the packages, solutions and tests of a checkout."""
-    places = [tree, tree / "labcourse", tree / "tests" / "helpers"]
+    places = [tree / "tests" / "helpers", tree]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, places)), "TQDM_DISABLE": "1"}
     environment |= {"LABCOURSE_PROGRAM": "rotflex", "LABCOURSE_COURSE": "rotflex.course"}
     subprocess.run([sys.executable, __file__, *map(str, words)], cwd=tree, env=environment, check=True)
