@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import hmac
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
@@ -140,7 +140,7 @@ class Batch:
         if isinstance(submissions, Path):
             collected = find(submissions, roster, settings.times, earlier=named)
         else:
-            collected = intake.ClassFolder([*map(_stored, submissions, submissions.values())], [])
+            collected = intake.ClassFolder(_stored(submissions, named), [])
         # A declined partner who handed in nothing and has no marks is left out.
         found = [
             one
@@ -497,10 +497,27 @@ def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Gr
     return gradebook.current(graded.run.student) or graded
 
 
-def _stored(student: str, run: EarlierRun) -> intake.Submission:
-    """Return the submission of a student of whom all is in the gradebook, or in that of their partner."""
-    bench_of = run.bench_of or student
-    return intake.Submission(student, bench_of=bench_of, claimed_by="" if run.has_files else bench_of)
+def _stored(runs: Mapping[str, EarlierRun], named: Callable[[str], Collection[str] | None]) -> list[intake.Submission]:
+    """Return the submissions of students of whom all is in the gradebook, or in that of their partner.
+
+    Parameters
+    ----------
+    runs : ID of each student → what to know of their run
+    named : function that returns the students whom the ``course.json`` of a student names
+    """
+    submissions = []
+    for student, run in runs.items():
+        bench_of = run.bench_of or student
+        # The bench may be the student's own, although a partner handed in.
+        partners = (one for one, other in runs.items() if other.has_files and other.bench_of == run.bench_of)
+        of_both = (one for one in partners if caseless(student) in map(caseless, named(one) or ()))
+        partner = student if run.has_files else next(of_both, bench_of)
+        submission = intake.Submission(student, bench_of=bench_of)
+        if partner != student:
+            note = Problem.of(Code.HANDED_IN_BY_PARTNER, partner=partner)
+            submission = replace(submission, claimed_by=partner, notes=(note,))
+        submissions.append(submission)
+    return submissions
 
 
 # --- what the gradebook has of earlier submissions --------------------------------------------------------------------

@@ -15,6 +15,7 @@ from checkout import ROOT
 from honest_hand_in import Notebook, Way
 
 WAITING = "for a person"
+PROGRAM = "rotflex.cli"  #: the module that is run as the command
 _HEADINGS = ("Student ID", "name", "email", "Identifier", "alias")
 
 
@@ -91,7 +92,7 @@ def grade(ways: Iterable[Way], solved: Mapping[str, Notebook], place: Path, *opt
 
 
 def _rotflex(*words: str) -> str:
-    command = [sys.executable, "-m", "rotflex.cli", *words]
+    command = [sys.executable, "-m", PROGRAM, *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False)
     assert done.returncode in (0, 1), done.stderr
     return done.stdout

@@ -7,14 +7,16 @@ import csv
 import json
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import threading
 import time
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -25,7 +27,7 @@ from hostile import HONEST, QUESTIONS, Attack
 from hostile_answers import FORGED, TEXT
 from hostile_cells import CELLS
 from hostile_code import CODE
-from hostile_files import FORMS, NAMES, REFUSED
+from hostile_files import FORMS, NAMES, REFUSED, remove
 from hostile_own_files import OWN_FILES
 from hostile_reach import REACH
 from hostile_words import WORDS
@@ -53,6 +55,7 @@ OF_EACH_KIND: dict[str, Attack] = {
         *("words-of-scripts", "&lt;img src=x onerror=alert(1)&gt;", "=1+1", "-rf"),
     )
 }
+PROGRAM = "rotflex.cli"  #: the module that is run as the command
 PROBE_SEED = 20_240_229
 CELL_TIMEOUT, DEADLINE = 4, 30  # s
 
@@ -115,6 +118,7 @@ class Graded:
     """A class that was graded, and what was found around it before and afterwards."""
 
     attacks: Mapping[str, Attack]
+    source: Path
     out: Path
     alone: Path
     done: subprocess.CompletedProcess
@@ -149,6 +153,29 @@ def by_question(marks: dict) -> dict[str, float]:
     for mark in marks["marks"]:
         earned[mark["question"]] += mark["points"]
     return earned
+
+
+@contextlib.contextmanager
+def graded(attacks: Mapping[str, Attack]) -> Iterator[Graded]:
+    """Grade a class by the command as an instructor runs it, after its two honest members were graded alone."""
+    # Neither where temporary files are, nor below: there, a sandbox has something of its own.
+    folder = Path(tempfile.mkdtemp(prefix="rotflex-hostile-", dir="/var/tmp"))
+    token = f"token{os.urandom(8).hex()}"
+    witness = subprocess.Popen([sys.executable, "-S", "-c", "import time; time.sleep(3000)", f"witness-{token}"])
+    open_to_all = folder / "open"
+    open_to_all.mkdir()
+    listeners = Listeners(open_to_all, token)
+    try:
+        folder.chmod(0o755)
+        yield grade(attacks, folder, open_to_all, token, witness.pid, listeners)
+    finally:
+        listeners.close()
+        witness.kill()
+        witness.wait()
+        for pid in hostile.processes(token):  # there should be none
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        remove(folder)
 
 
 def grade(
@@ -215,7 +242,7 @@ def grade(
     _grade_folder(folder / "alone", folder / "marks-alone", source, environment)
     before = hostile.state(watched)
     done = _grade_folder(submissions, out, source, environment)
-    result = Graded(attacks, out, folder / "marks-alone", done, canaries, outside, tried_out)
+    result = Graded(attacks, source, out, folder / "marks-alone", done, canaries, outside, tried_out)
     result.before, result.after = before, hostile.state(watched)
     result.heard = list(listeners.heard)
     result.survivors = [pid for pid in hostile.processes(token) if pid != witness]
@@ -259,7 +286,7 @@ def _grade_folder(submissions: Path, out: Path, source: Path, environment: dict)
 
 def _rotflex(command: list, environment: dict) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, "-m", "rotflex.cli", *command],
+        [sys.executable, "-m", PROGRAM, *command],
         env=environment,
         cwd=ROOT,
         capture_output=True,

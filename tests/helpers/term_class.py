@@ -98,6 +98,7 @@ class TermClass:
     ----------
     marks : the folder of results
     published : what ``rotflex publish`` said last
+    solutions : the course as it is now
     """
 
     def __init__(self, folder: Path, patch: pytest.MonkeyPatch) -> None:
@@ -121,12 +122,12 @@ class TermClass:
         return folder
 
     def _use(self, key: str) -> None:
-        self._solutions = self._courses[key]
+        self.solutions = self._courses[key]
 
     def say(self, *words: object, code: int | None = 0) -> str:
         """Type a command, which has to end with this exit code; None for any."""
         of_course = words[0] in ("grade", "regrade", "status", "report", "publish", "export", "excuse")
-        done = rotflex(*words, *(["--solutions", self._solutions] if of_course else []))
+        done = rotflex(*words, *(["--solutions", self.solutions] if of_course else []))
         assert code is None or done.exit_code == code, (words, done.output, done.exception)
         return done.output
 
@@ -209,7 +210,7 @@ class TermClass:
     def to_do(self) -> dict[str, tuple[set[str], Fraction | None]]:
         """What the class page says first: a task → its students, and the points at stake."""
         with Gradebook(self.marks / "gradebook.sqlite") as book:
-            tasks = overview.class_overview(book, courses.load(self._solutions), self.marks)["todo"]
+            tasks = overview.class_overview(book, courses.load(self.solutions), self.marks)["todo"]
         return {sentence(task.what): ({*task.who}, task.worth) for task in tasks}
 
     def exported(self, platform: str, title: str) -> dict[str, str]:

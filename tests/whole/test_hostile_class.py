@@ -6,24 +6,22 @@ At a landing the class has attacks of each kind, in `make test-all` it has all.
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import html.parser
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
-import tempfile
 import unicodedata
 from pathlib import Path
 
 import hostile
+import hostile_outside
 import pytest
 from hostile import CANARY, HONEST
-from hostile_files import NAMES, REFUSED, remove
-from hostile_outside import CLASS, OF_EACH_KIND, Listeners, by_question, grade
+from hostile_files import NAMES, REFUSED
+from hostile_outside import CLASS, OF_EACH_KIND, by_question
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="isolation needs Linux")
 
@@ -40,24 +38,8 @@ def graded(request):
     """The class, graded by the command as an instructor runs it, after its two honest members were graded alone."""
     here = [item for item in request.session.items if item.path == request.path]
     attacks = CLASS if any(item.get_closest_marker("scheduled") for item in here) else OF_EACH_KIND
-    # Neither where temporary files are, nor below: there, a sandbox has something of its own.
-    folder = Path(tempfile.mkdtemp(prefix="rotflex-hostile-", dir="/var/tmp"))
-    token = f"token{os.urandom(8).hex()}"
-    witness = subprocess.Popen([sys.executable, "-S", "-c", "import time; time.sleep(3000)", f"witness-{token}"])
-    open_to_all = folder / "open"
-    open_to_all.mkdir()
-    listeners = Listeners(open_to_all, token)
-    try:
-        folder.chmod(0o755)
-        yield grade(attacks, folder, open_to_all, token, witness.pid, listeners)
-    finally:
-        listeners.close()
-        witness.kill()
-        witness.wait()
-        for pid in hostile.processes(token):  # there should be none
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
-        remove(folder)
+    with hostile_outside.graded(attacks) as found:
+        yield found
 
 
 def test_all_are_graded(graded):

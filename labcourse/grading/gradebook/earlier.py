@@ -21,8 +21,11 @@ _MAGIC = b"SQLite format 3\0"
 _MADE_ANEW = ("gradebook", "runs", "marks", "claims")
 #: Columns that held a text and hold JSON now.
 _JSON = {("decisions", "reason")}
-_RUNS = "SELECT student, cells, supplied, EXISTS (SELECT 1 FROM earlier.deliveries WHERE student_id = students.id)"
-_CURRENT = f"{_RUNS} FROM earlier.runs JOIN earlier.students ON students.id = runs.student_id WHERE current"
+_HAS_FILES = "EXISTS (SELECT 1 FROM earlier.deliveries WHERE deliveries.student_id = runs.student_id)"
+_CURRENT = f"""
+    SELECT students.student, runs.cells, runs.supplied, {_HAS_FILES}
+    FROM earlier.runs JOIN earlier.students ON students.id = runs.student_id WHERE runs.current ORDER BY students.folded
+"""
 
 
 @dataclass(frozen=True)

@@ -637,7 +637,8 @@ def put_audit(session: Session, before: Current, actor: str, reason: str) -> int
     before : the student, the run that counts now, and the marks that counted before
     actor, reason : who changed them, and why
     """
-    old_states, new_states = _states(before.marks), _states(current_marks(session, before.student.id))
+    new_states = _states(current_marks(session, before.student.id))
+    old_states = _states(before.marks) or _taken_over(session, before.student.id, new_states)
     same = {"student_id": before.student.id, "run": before.run.key, "actor": actor, "when": clock.now()}
     rows = []
     for question, part in sorted(old_states.keys() | new_states.keys()):
@@ -654,6 +655,17 @@ def put_audit(session: Session, before: Current, actor: str, reason: str) -> int
 def _states(marks: Mapping[Where, Mark]) -> dict[Where, MarkState]:
     """Return what the audit trail stores of marks."""
     return {where: MarkState(mark.status, mark.points, mark.out_of, mark.reason) for where, mark in marks.items()}
+
+
+def _taken_over(session: Session, student_id: int, new: Mapping[Where, MarkState]) -> dict[Where, MarkState]:
+    """Return the marks of a student whose runs are in the gradebook of the version before, by its audit trail.
+
+    A mark that is the same now has the present reason, which may have been a text and be a problem now.
+    """
+    last = {entry.where: entry.after for entry in read(session, AuditRecord, AuditRecord.student_id == student_id)}
+    marks = {where: state for where, state in last.items() if state is not None}
+    same = {where for where in marks.keys() & new if replace(marks[where], reason=new[where].reason) == new[where]}
+    return {where: new[where] if where in same else state for where, state in marks.items()}
 
 
 def _is_manual(state: MarkState | None) -> bool:
