@@ -137,7 +137,8 @@ def commissioned(folder: Path) -> None:
 
 def started(server: Path, folder: Path, way: tuple[str, ...]) -> subprocess.Popen[str]:
     (answers := folder / "answers.txt").write_text("y\n")  # the arm stands at its mark
-    ignored = {number: signal.signal(number, signal.SIG_DFL) for number in (signal.SIGHUP, signal.SIGTERM)}
+    stops = (signal.SIGHUP, signal.SIGTERM, signal.SIGINT)  # a program that is started with & ignores some
+    ignored = {number: signal.signal(number, signal.SIG_DFL) for number in stops}
     try:
         return subprocess.Popen(
             [sys.executable, HELPER, way[0], str(server), *way[1:]],
