@@ -222,7 +222,7 @@ def test_what_ended_a_run_is_said_once_where_the_cell_is_known_and_else_of_the_r
 def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_class, there, code):
     name = "02_finding_stiffness.ipynb"
     pristine, asked = {**fake_class.made.pristine, name: {"cells": []}}, {("2.11", "omega_n"), ("2.11", "explanation")}
-    fake_class.made = replace(fake_class.made, pristine=pristine, asked=frozenset(asked))
+    fake_class.made = replace(fake_class.made, pristine=pristine, asked_parts=frozenset(asked))
     fake_class.hand_in("ada")
     if there:
         (fake_class.folder / "in" / "ada" / name).write_text(there)
