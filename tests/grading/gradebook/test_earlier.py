@@ -122,7 +122,7 @@ def contents(file):
     for student in found["students"]:
         del student["audit"]
         for run in student["runs"]:
-            del run["taken"]
+            del run["prepared_from"]
     return found
 
 
