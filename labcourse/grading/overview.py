@@ -432,7 +432,7 @@ def _of_work(overview: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator
         "Cells that stopped",
         f"Cells of {_students_text(stopped)} stopped with an error of their own."
         if stopped
-        else "No cell of a student stopped.",
+        else "No cell of a student stopped with an error of its own.",
         [PageTable(label, ["Student", "What stopped"], [(_one(one.id), "\n".join(said)) for one, said in stopped])],
     )
     groups = plural(len(common), "{count} group", "{count} groups")

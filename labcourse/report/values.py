@@ -53,7 +53,7 @@ def _symbol(part: Part) -> str:
     if len(readable(rf"$\{first}$")) == 1 < len(first):  # a Greek letter
         head = f"\\{first}"
     elif len(first) > _LONGEST_SYMBOL:
-        return rf"\text{{{' '.join([first, *rest])}}}"
+        return rf"\text{{{'~'.join([first, *rest])}}}"  # browsers do not show a second line of it
     else:
         head = first if len(first) == 1 else rf"\mathrm{{{first}}}"
     below = r",\,".join(word if len(word) == 1 else rf"\mathrm{{{word}}}" for word in rest)

@@ -58,7 +58,8 @@ def _in_words(readout: Readout) -> str:
     between = " | " if readout.head else " "
     rows = (" ".join(filter(None, (row.label, between.join(row.values), row.words))) for row in readout.rows)
     heads = f" ({' | '.join(filter(None, readout.head))})" if readout.head else ""
-    return f"{readout.title}{heads}: {'; '.join(rows)}"
+    # A number is not parted from its unit.
+    return re.sub(r"(?<=\d) (?=[^\W\d]|[%°])", "\N{NO-BREAK SPACE}", f"{readout.title}{heads}: {'; '.join(rows)}")
 
 
 def _plot(axes: Any, panel: Panel) -> None:

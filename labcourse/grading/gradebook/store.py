@@ -629,13 +629,14 @@ def same_answer(first: str, second: str) -> bool:
 # --- the audit trail --------------------------------------------------------------------------------------------------
 
 
-def put_audit(session: Session, before: Current, actor: str, reason: str) -> int:
+def put_audit(session: Session, before: Current, actor: str, reason: str, *, is_decided: bool = False) -> int:
     """Store a row for each mark that changed; return the number of rows.
 
     Parameters
     ----------
     before : the student, the run that counts now, and the marks that counted before
     actor, reason : who changed them, and why
+    is_decided : a person decided it: no mark lapses by itself
     """
     new_states = _states(current_marks(session, before.student.id))
     old_states = _states(before.marks) or _taken_over(session, before.student.id, new_states)
@@ -644,7 +645,7 @@ def put_audit(session: Session, before: Current, actor: str, reason: str) -> int
     for question, part in sorted(old_states.keys() | new_states.keys()):
         old, new = old_states.get((question, part)), new_states.get((question, part))
         if old != new:
-            lapsed = _is_manual(old) and not _is_manual(new)
+            lapsed = not is_decided and _is_manual(old) and not _is_manual(new)
             why = f"{reason} {NO_LONGER if lapsed else ''}".strip()
             rows.append({**same, "question": question, "part": part, "before": old, "after": new, "reason": why})
     if rows:
@@ -698,7 +699,7 @@ def decide(session: Session, before: Current, where: Where, given: GivenMark | N
         session.merge(given)
     elif (earlier := session.get(GivenMark, key)) is not None:
         session.delete(earlier)
-    return put_audit(session, before, actor, reason)
+    return put_audit(session, before, actor, reason, is_decided=True)
 
 
 def check_expected(session: Session, before: Current, mark: Mark, expected: Mark | None) -> None:
@@ -714,9 +715,9 @@ def _changed_error(session: Session, before: Current, mark: Mark) -> GradebookEr
     """Return the error that a mark changed since a person saw it: who changed it, when, and why."""
     which = (AuditRecord.question == mark.question, AuditRecord.part == mark.part)
     last = read(session, AuditRecord, AuditRecord.student_id == before.student.id, *which)[-1]
-    why = sentence(mark.reason)
+    why, points = sentence(mark.reason), "1 point" if mark.points == 1 else f"{mark.points:g} points"
     return GradebookError(
-        f"Question {mark.question}, {mark.part}: {before.run.student!r} has {mark.points:g} points ({mark.status}) by "
+        f"Question {mark.question}, {mark.part}: {before.run.student!r} has {points} ({mark.status}) by "
         f"now, from {last.actor}, {last.when:%Y-%m-%d %H:%M} UTC: {why!r}. Nothing was changed. If that is to be "
         f"replaced, say that you expect {mark.points:g} (mark --expect {mark.points:g})."
     )

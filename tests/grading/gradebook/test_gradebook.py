@@ -293,7 +293,7 @@ def test_one_of_two_markers_at_once_is_refused(url):
     (told,) = [one for one in outcomes if one != 1]
     with Gradebook(url) as book:
         kept = book.current("ada").marks[1].points
-    assert f"{kept:g} points" in told and f"tutor {kept}" in told
+    assert f"{kept:g} point" in told and f"tutor {kept}" in told
 
 
 def test_a_persons_mark_lapses_when_the_possible_points_change(book):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from labcourse import clock
 from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.gradebook.store import NO_LONGER
 from labcourse.grading.marks import Status
 
 WORDS = ("2.11", "explanation")  # 1 point
@@ -111,6 +112,21 @@ def test_taking_an_act_back_restores_the_earlier_mark_and_stores_both_acts(class
     assert (now.points, now.reason) == (0.5, "By hand.")
     assert [one.undoes for one in class_of_three.scores.acts()] == [None, None, asked.number, first.number]
     assert [one.after.points for one in class_of_three.audit("ada")][-5:] == [0.5, 2, 0, 2, 0.5]
+
+
+def test_the_trail_of_what_a_scorer_asked_or_took_back_never_says_that_the_answer_changed(class_of_three):
+    scores = class_of_three.scores
+    scores.give("ada", COMPARED, 2, "kim", level=4)
+    scores.undo(scores.ask("ada", COMPARED, "kim").number, "kim")
+    scores.undo(scores.give("bob", COMPARED, 2, "kim", level=4).number, "kim")
+    assert not [row.reason for row in class_of_three.audit() if NO_LONGER in row.reason]
+
+
+def test_one_point_is_not_points_in_the_error_about_another_decision(class_of_three):
+    seen = mark_now(class_of_three, "ada", COMPARED)
+    class_of_three.scores.give("ada", COMPARED, 1, "kim")
+    with pytest.raises(GradebookError, match=r"has 1 point \("):
+        class_of_three.scores.give("ada", COMPARED, 2, "lee", expected=seen)
 
 
 def test_scorers_take_back_only_their_own_acts_and_only_once(class_of_three):

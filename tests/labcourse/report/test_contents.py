@@ -15,7 +15,7 @@ from labcourse.answers import notebooks, parts
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question, ReportItem
 from labcourse.errors import AnswerError
-from labcourse.report import contents, making, recorded_figures, writing
+from labcourse.report import contents, making, recorded_figures, values, writing
 from labcourse.report.contents import Exhibit, Heading, Text
 from labcourse.run import RUNNING
 from labcourse.session import Session
@@ -165,6 +165,12 @@ def test_recorded_results_are_formulas(lab, tmp_path):
         r"| The matrix | $A$ | $$\begin{bmatrix} 0 & 2 \cdot 10^{4} \end{bmatrix}$$ | SI |",
         "| The settling time | $t_{s}$ | $$0.5$$ | s |",
     ]
+
+
+def test_words_of_a_name_stay_on_one_line_as_browsers_do_not_show_a_second_one():
+    table = Question("Table 1", "1", "04_results", "Poles", (), (parts.poles("desired_poles", 1, "A-1", "Poles."),))
+    ((_, symbol, *_),) = values.rows(table, {"desired_poles": None})
+    assert symbol == r"$\text{desired~poles}$"
 
 
 def test_a_figure_is_the_students_own_or_a_problem_says_what_to_do(lab, tmp_path):

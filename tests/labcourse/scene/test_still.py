@@ -48,6 +48,21 @@ def test_a_picture_is_drawn_from_the_scene_unless_said_otherwise():
     assert "image/png" in Pendulum()._repr_mimebundle_()[0]
 
 
+class Wordy(Explorer):
+    """An explorer with a long readout."""
+
+    def view(self):
+        plot = Panel("angle (rad)", (0, 1), (-1, 1))
+        rows = [Row(f"settling {'so ' * (index % 7)}", (f"{index}.25 %", f"{index} deg")) for index in range(30)]
+        return Scene("Wordy.", [Column([plot])], readouts=[Readout("Numbers", rows, head=("full", "partial"))])
+
+
+def test_a_line_of_a_readout_ends_nowhere_between_a_number_and_its_unit():
+    lines = Wordy().picture().get_supxlabel().split("\n")
+    assert len(lines) > 5
+    assert not [line for line in lines if line.startswith(("%", "deg"))]
+
+
 def test_a_role_that_there_is_not_is_refused_with_those_that_there_are():
     panel, drawing = Panel("", (0, 1), (0, 1)), Moving({}, (0, 1), (0, 1))
     for draw in (
