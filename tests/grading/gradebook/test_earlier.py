@@ -1,8 +1,6 @@
 """A gradebook of the version before: every command refuses it, and ``grade NEW OLD.sqlite`` takes it over."""
 
 import json
-import os
-import signal
 import sqlite3
 from contextlib import closing
 
@@ -200,8 +198,13 @@ def test_after_an_interrupt_it_goes_on(old):
 
 def test_an_interrupt_while_it_is_copied_leaves_nothing_of_it(old, monkeypatch):
     copy = earlier._copy
+
+    def interrupted(connection):
+        copy(connection)
+        raise KeyboardInterrupt
+
     with monkeypatch.context() as patch:
-        patch.setattr(earlier, "_copy", lambda connection: [copy(connection), os.kill(os.getpid(), signal.SIGINT)])
+        patch.setattr(earlier, "_copy", interrupted)
         old.take_over("copied", code=130)
     new = old.folder / "copied" / "gradebook.sqlite"
     with Gradebook(new) as book:
