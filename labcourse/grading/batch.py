@@ -498,7 +498,7 @@ def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Gr
 
 
 def _stored(runs: Mapping[str, EarlierRun], named: Callable[[str], Collection[str] | None]) -> list[intake.Submission]:
-    """Return the submissions of students of whom all is in the gradebook, or in that of their partner.
+    """Return a submission for each student; the files are in the gradebook, as theirs or as their partner's.
 
     Parameters
     ----------

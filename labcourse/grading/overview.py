@@ -410,7 +410,7 @@ def _out_of(answers: Iterable[Answer]) -> float:
 def _of_work(overview: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
     """Yield the sections about what the class did, and what was given back."""
     slips_, stopped, common = overview["slips"], overview["stopped"], overview["common"]
-    many = f"Many are {100 * MANY:.0f} % or more of those whose answer the key judged."
+    many = f"A part is listed if at least {100 * MANY:.0f} % of the answers that the key judged went wrong."
     summary = "No part went wrong for many."
     if slips_:
         parts, most = plural(len(slips_), "{count} part", "{count} parts"), " ".join(slips_[0].where)

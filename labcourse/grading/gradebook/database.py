@@ -102,10 +102,15 @@ class Database:
         version = 0 if is_former else session.scalar(select(About.version)) or 0
         name = program.name()
         if version < VERSION:
-            again = f"{name} grade NEW {self.where} grades the files that are stored in it once more, into a new folder"
+            again = f"Grade the submissions into a new folder ({name} grade), and score them again ({name} score)."
+            if version == VERSION - 1 and self._engine.dialect.name == "sqlite":
+                again = (
+                    f"{name} grade NEW {self.where} grades the files that are stored in it once more, into a new "
+                    "folder; what persons scored comes along."
+                )
             raise GradebookError(
                 f"The gradebook {self.where} was made by an earlier labcourse, and this one cannot read it. It is not "
-                f"changed. {again}; what persons scored comes along."
+                f"changed. {again}"
             )
         if version > VERSION:
             raise GradebookError(

@@ -34,7 +34,7 @@ class EarlierRun:
 
     Attributes
     ----------
-    bench_of : ID of the student on whose bench it was run; "" if that is not known
+    bench_of : ID of the student with the bench of the run; "" if that is not known
     has_files : whether the student handed in files, and not only a partner for them
     supplied : "1.2.speed" → value that an instructor supplied
     """
@@ -71,9 +71,10 @@ def take_over(new: Path, earlier: Path) -> dict[str, EarlierRun]:
         If the earlier file is of another version, or if the new one has other students.
     """
     with closing(sqlite3.connect(new, isolation_level=None)) as connection:
-        connection.execute("ATTACH DATABASE ? AS earlier", (f"{earlier}",))
         try:
-            (version, secret), *_ = connection.execute("SELECT version, secret FROM earlier.gradebook")
+            connection.execute("ATTACH DATABASE ? AS earlier", (f"{earlier}",))
+            about = connection.execute("SELECT version, secret FROM earlier.gradebook").fetchone()
+            version, secret = about or (0, b"")
             if version != VERSION - 1:
                 raise GradebookError(f"{earlier} has version {version}, and only {VERSION - 1} can be taken over.")
             connection.execute("BEGIN IMMEDIATE")

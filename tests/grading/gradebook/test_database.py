@@ -128,10 +128,10 @@ def test_a_writer_does_not_wait_for_ever(book, url, monkeypatch):
     assert record(book, graded()) == 2
 
 
-EARLIER = r"earlier labcourse.* grade NEW .*once more.* comes along"
+EARLIER, FORMER = r"earlier labcourse.* grade NEW .*once more.* comes along", r"earlier labcourse.* score them again"
 
 
-@pytest.mark.parametrize(("table", "why"), [("students", "is not a gradebook"), ("gradebook_version", EARLIER)])
+@pytest.mark.parametrize(("table", "why"), [("students", "is not a gradebook"), ("gradebook_version", FORMER)])
 def test_a_database_with_other_tables_is_refused_and_not_changed(url, table, why):
     with closing(Database(url)) as database, database.writing() as session:
         session.execute(text(f"CREATE TABLE {table} (shoe INTEGER)"))
@@ -150,7 +150,8 @@ def test_a_gradebook_of_another_version_is_refused_and_not_changed(url, undistur
         for one in small_class():
             record(book, one)
     set_version(VERSION + difference)
-    with pytest.raises(GradebookError, match=why):
+    is_file = "postgres" not in str(url)  # only a file can be taken over
+    with pytest.raises(GradebookError, match=why if is_file or difference > 0 else FORMER):
         Gradebook(url)
     set_version(VERSION)
     with Gradebook(url) as book:

@@ -21,12 +21,12 @@ from rotflex.cli import app
 
 ROSTER = "id,name,group\nada,Ada Lovelace,\nbob,Bob Bell,\ncleo,,\ndan,,\neve,,\nfay,Fay Foot,\n"
 ROSTER += "gus,,north\nhal,,north\nivy,,\n"
-#: ada and bob name each other; gus hands in for hal, too, on whose bench it was run, and who is in gus's group.
+#: ada and bob name each other. gus and hal are in one group; gus hands in for both, and the run is on hal's bench.
 SAYS = {"ada": ("ada", "bob"), "bob": ("ada", "bob"), "gus": ("hal", "gus")}
 HANDED_IN = ("ada", "bob", "cleo", "dan", "eve", "fay", "gus")
 BY = ("--by", "tia")
 READ = ("2.11", "explanation")
-#: Whose benches are run, of all who are graded.
+#: Students with a bench that is used in a run.
 BENCHES = ("ada", "ada", "cleo", "dan", "eve", "hal", "hal")
 _MARK = ("ada", *READ, "1", "--reason", "So.", *BY)
 #: Command → the words after MARKS.
@@ -109,7 +109,7 @@ def old(lived):
 
 
 def contents(file):
-    """All of a gradebook that is to be the same; the audit trail, whose reasons are texts, is compared by itself."""
+    """All of a gradebook that is to be the same; the audit trail has texts as reasons, and is compared by itself."""
     with Gradebook(file) as book:
         found = dump(book)
         ids = [student["student"] for student in found["students"]]
@@ -165,7 +165,7 @@ def test_the_new_gradebook_is_that_of_a_class_that_was_not_disturbed(old):
     assert sorted(old.runs) == sorted(BENCHES)
     assert contents(new) == contents(old.book_file)
     assert trail(new) == trail(old.old)  # for marks that are the same there are no new rows
-    # Feedback was given back before, and nobody is told of marks that moved since.
+    # Feedback was given back before: no mark may be listed as moved since.
     assert to_do(old, new) == to_do(old, old.book_file)
     assert old.old.read_bytes() == before
 
@@ -219,6 +219,11 @@ def test_a_gradebook_that_has_other_students_is_refused_and_nothing_changes(old)
     before, first = new.read_bytes(), old.old.read_bytes()
     old.take_over("other", code=2)
     assert (new.read_bytes(), old.old.read_bytes(), old.runs) == (before, first, [])
+
+
+def test_a_damaged_gradebook_is_refused_in_a_line(old):
+    (damaged := old.folder / "damaged.sqlite").write_bytes(b"SQLite format 3\0and no more")
+    assert "Traceback" not in str(old.say("grade", old.folder / "of-damaged", damaged, code=2))
 
 
 @pytest.mark.parametrize("version", [9, VERSION + 1])
