@@ -33,7 +33,7 @@ from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives, finding
 from labcourse.grading.reports import markdown
 from labcourse.grading.running.bundle import Bundles
-from labcourse.grading.running.prepared import prepare
+from labcourse.grading.running.prepared import prepare, run_content, submission_digest
 
 ALLOWED = 20  # s of processor time
 NOISE = np.random.default_rng(1)
@@ -147,24 +147,25 @@ def main() -> int:
         roster = [StudentRecord("ada", "Ada Lovelace")]
         (submission,) = clock.step("finding it", lambda: intake.find(folder / "class", roster)).submissions
         reports = list(report_files.names(course.catalogue).values())
-        read = clock.step(
+        clock.step(
             "reading it",
             lambda: intake.read(submission, bundles.names, cells, packages=course.packages, reports=reports),
         )
         with Gradebook(folder / "gradebook.sqlite") as gradebook:
-            clock.step("storing it", lambda: batch.store_submission(gradebook, submission, read))
-            hand_in, _notes = clock.step(
-                "what counts", lambda: intake.newest(read.items, bundles.names, reports=reports)
+            clock.step("storing it", lambda: batch.store_submission(gradebook, submission))
+            clock.step(
+                "what counts",
+                lambda: intake.choose_newest(submission, submission.items, bundles.names, reports=reports),
             )
-        prepared = clock.step("preparing it", lambda: prepare(hand_in, bundles.current, course.catalogue, "ada"))
-        clock.step("digests", lambda: (prepared.run_content(), prepared.digest()))
-        shown = [answer.as_json() for answer in prepared.words.values()]
+        clock.step("preparing it", lambda: prepare(submission, bundles.current, course.catalogue))
+        clock.step("digests", lambda: submission_digest(submission, run_content(submission)))
+        shown = [answer.as_json() for answer in submission.words.values()]
         clock.step("showing its texts", lambda: [markdown.answer_as_html(answer) for answer in shown])
         clock.step("showing them again", lambda: [markdown.answer_as_html(answer) for answer in shown])
-        print(*prepared.problems[:6], sep="\n")
-        taken = sum(len(answer.pictures) for answer in prepared.words.values())
-    print("Not read:", *(f"{name}: {why}" for name, why in read.unread.items()), sep="\n  ")
-    print(f"{len(read.items)} files and {taken} pictures are taken, and {len(read.notes)} messages written.")
+        print(*submission.problems[:6], sep="\n")
+        taken = sum(len(answer.pictures) for answer in submission.words.values())
+    print("Not read:", *(f"{name}: {why}" for name, why in submission.unread.items()), sep="\n  ")
+    print(f"{len(submission.items)} files and {taken} pictures are taken, {len(submission.notes)} messages.")
     print(f"Together {clock.all:.1f} s of processor time; {ALLOWED} s are allowed.")
     return int(clock.all > ALLOWED)
 

@@ -11,6 +11,7 @@ from labcourse.errors import AnswerError
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
 from labcourse.grading.marks import Status
+from labcourse.grading.submission import Submission
 from rotflex import experiments, identification
 from rotflex.course import practice
 from rotflex.errors import ConfigurationError
@@ -71,7 +72,10 @@ def test_a_recording_of_it_that_is_handed_in_is_another_benchs(lab, tmp_path):
     lab.answer("2.9", sweep=swept(lab.practice()))
     seed = student_seed("ada")
     claims = decode((tmp_path / "answers.json").read_bytes(), seed, OURS.catalogue)
-    marks = {(one.question, one.part): one for one in mark(OURS, claims, TrueBench("ada"), seed)}
+    marks = {
+        (one.question, one.part): one
+        for one in mark(OURS, claims, TrueBench("ada"), Submission(student="ada", probe_seed=seed))
+    }
     assert marks["2.9", "sweep"].status is Status.WRONG
     assert "bench" in marks["2.9", "sweep"].reason
 

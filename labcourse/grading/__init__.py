@@ -6,6 +6,7 @@
 ``intake``                               submissions, read from what students handed in
 ``running``, ``isolation``               submissions run in a sandbox: content of ``answers.json``
 ``marking``, ``marks``                   content of ``answers.json`` marked by the course's key; what a mark is
+``submission``                           all that is known of a submission: read it first
 ``batch``, ``graded_run``                a class, from submissions to the gradebook; marking it again
 ``gradebook``, ``erasure``               what is stored, and how a person is erased from it
 ``scoring``                              answers in words, scored by a person

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from labcourse import clock
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Arrival, Excuse, Graded, Publication, StudentRecord
-from labcourse.grading.graded_run import facts_of, is_failed
+from labcourse.grading.graded_run import is_failed, submission_of
 from labcourse.grading.intake import is_unread
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension
@@ -258,7 +258,7 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
     times = {name: timing(settings, handed.student, name, handed.received.get(f"{name}.ipynb")) for name in names}
     last = max((time.until for time in times.values() if time is not None), default=None)
     grace = timedelta(hours=settings.late.grace_hours)
-    untouched = facts_of(graded.run).untouched if graded is not None else ()
+    untouched = submission_of(graded.run).untouched if graded is not None else ()
     nothing_read = graded is not None and has(Code.SUBMISSION_UNREAD, graded.run.problems)
     statuses = _statuses(course, handed.marks)
     found = {}

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass, field, replace
@@ -17,31 +18,31 @@ from datetime import UTC, datetime, tzinfo
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import labcourse
 from labcourse.answers import report_files, schema
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.benches import REAL
-from labcourse.errors import AnswerError, CourseError, GradingError, IsolationError
-from labcourse.files import COURSE_FILE
+from labcourse.errors import IsolationError
+from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading import graded_run, intake
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Delivery, EarlierRun, Gradebook, Graded, RunRecord
-from labcourse.grading.graded_run import Facts, facts_of
+from labcourse.grading.gradebook import Delivery, EarlierRun, Gradebook, Graded
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.marking_processes import Marker, marking_digest
-from labcourse.grading.marks import UNDECIDED, Mark, Status
+from labcourse.grading.marks import Mark, Status
 from labcourse.grading.running import runner
 from labcourse.grading.running.bundle import Bundle, Bundles
-from labcourse.grading.running.prepared import Prepared, content_digest, prepare
+from labcourse.grading.running.prepared import content_digest, prepare, run_content, submission_digest
 from labcourse.grading.running.supplied import Supplied, values_for
 from labcourse.grading.settings import Assignment
+from labcourse.grading.submission import TIME_RECEIVED, Decisions, Submission
 from labcourse.problems import Code, Problem, Reason, Where
+from labcourse.run.inside import EVIDENCE_FILE
 from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
 
-ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
 PROBE_SEED_BITS = 48  #: of a seed that nobody can guess, and that is exact as a float
 
 
@@ -76,27 +77,9 @@ class Settings:
     times: Mapping[str, datetime] = field(default_factory=dict)
     zone: tzinfo = UTC
     again: tuple[str, ...] = ()
-    decisions: intake.Decisions = field(default_factory=dict)
+    decisions: Decisions = field(default_factory=dict)
     only: Assignment | None = None
     platform: str = ""
-
-
-@dataclass(frozen=True)
-class GradedSubmission:
-    """A submission that is graded and stored.
-
-    Attributes
-    ----------
-    graded : its run and marks, as in the gradebook
-    ran : whether it was run just now; else the gradebook had the run already
-    new : whether its marks were made just now
-    before : the run and the marks that counted before; None without any
-    """
-
-    graded: Graded
-    ran: bool
-    new: bool = True
-    before: Graded | None = None
 
 
 class Batch:
@@ -113,6 +96,7 @@ class Batch:
     Attributes
     ----------
     ignored : why something among the submissions is not taken in
+    students : IDs of the students with a submission to grade
     sources : what was read, to which rows of ``intake.csv`` belong: archives, folders, files, and students
     absent : students of the gradebook's roster who have not handed in anything
     doubts : what an instructor may decide otherwise; complete when all are graded
@@ -148,7 +132,8 @@ class Batch:
             if one.pieces or one.unconfirmed or not isinstance(submissions, Path) or gradebook.current(one.student)
         ]
         taken, erased = leave_out_erased(gradebook, found, settings.again)
-        self._submissions = [*taken, *take_from_earlier_owners(gradebook, taken), *no_longer_named(gradebook, taken)]
+        self._waiting = deque((*taken, *take_from_earlier_owners(gradebook, taken), *no_longer_named(gradebook, taken)))
+        self.students = [submission.student for submission in self._waiting]
         self.sources = collected.read
         self._bundles = Bundles(course)
         self._how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
@@ -161,17 +146,12 @@ class Batch:
         self._reports = list(report_files.names(course.catalogue).values())
         self.ignored: list[Reason] = [*collected.ignored, *erased, *self._bundles.problems]
         time_matters = course.settings.dues and course.settings.late.per_day
-        self.doubts = [doubt for doubt in collected.doubts if doubt.about != intake.TIME_RECEIVED or time_matters]
+        self.doubts = [doubt for doubt in collected.doubts if doubt.about != TIME_RECEIVED or time_matters]
         self.left_out: list[Problem] = []
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
 
-    @property
-    def students(self) -> list[str]:
-        """IDs of the students with a submission to grade."""
-        return [submission.student for submission in self._submissions]
-
-    def grade(self) -> Iterator[GradedSubmission]:
+    def grade(self) -> Iterator[Submission]:
         """Grade all submissions. Yield each as soon as it is in the gradebook.
 
         Raises
@@ -186,7 +166,7 @@ class Batch:
             Marker(self._course, pool.capacity) as marker,
             ThreadPoolExecutor(pool.capacity, thread_name_prefix="labcourse-grade") as threads,
         ):
-            waiting = iter(self._submissions)
+            waiting = self._begun()
             # No more are begun than can run at a time, so that a large class takes no more memory than a small one.
             busy = {threads.submit(self._grade, each, pool, marker) for each in islice(waiting, pool.capacity)}
             try:
@@ -200,255 +180,214 @@ class Batch:
             finally:  # on an interrupt, too: end what is running
                 pool.stop()
 
-    def _grade(self, submission: intake.Submission, pool: runner.Pool, marker: Marker) -> GradedSubmission:
+    def _begun(self) -> Iterator[Submission]:
+        """Yield the submissions that wait, and let go of them: each holds all its files once it is read."""
+        while self._waiting:
+            yield self._waiting.popleft()
+
+    def _grade(self, submission: Submission, pool: runner.Pool, marker: Marker) -> Submission:
         """Grade one submission; only IsolationError is raised, and any other error becomes a failed grading."""
-        current = self._gradebook.current(submission.student)
+        submission.before = current = self._gradebook.current(submission.student)
         try:
-            read = self._read(submission)
-            if current and (current.key_digest, current.run.prepared_from) == (
-                self._key_digest,
-                self._prepared_from(submission, read),
-            ):
-                return GradedSubmission(current, ran=False, new=False, before=current)
-            prepared = self._prepare(submission, read)
-            run = self._identify(submission.student, prepared)
-            identity = (run.key, run.submission, self._key_digest)
-            if current and (current.run.key, current.run.submission, current.key_digest) == identity:
-                self._gradebook.note_prepared(run.key, run.prepared_from)
-                return GradedSubmission(current, ran=False, new=False, before=current)
-            known = self._gradebook.find(run.key)
-            if known is None:
-                marker.warm_up()
-                run = self._run(run, prepared, pool)
-            else:
-                run = replace(run, answers=known.run.answers, cells=known.run.cells)
-            run = self._explain(run, prepared)
-            return GradedSubmission(self._mark(run, prepared, marker), ran=known is None, before=current)
+            self._read(submission)
+            marked = current if current and current.key_digest == self._key_digest else None  # by the key as it is
+            if marked and marked.run.prepared_from == submission.prepared_from:
+                return _unchanged(submission, marked)
+            self._prepare(submission)
+            self._identify(submission)
+            if marked and (marked.run.key, marked.run.submission) == (submission.key, submission.digest):
+                self._gradebook.note_prepared(submission.key, submission.prepared_from)
+                return _unchanged(submission, marked)
+            self._run(submission, pool, marker)
+            self._explain(submission)
+            self._mark(submission, marker)
         except IsolationError:
             raise
         except Exception as error:  # a fault of ours; it must not cost the others their marks
-            return GradedSubmission(self._failed(submission.student, error), ran=True, before=current)
+            submission.has_run, submission.graded = True, self._failed(submission, error)
+        return submission
 
-    def _read(self, submission: intake.Submission) -> intake.ReadSubmission:
-        """Read the files of a submission."""
-        owner, decisions = submission.claimed_by or submission.student, self._settings.decisions
-        read_files = partial(intake.read, packages=self._course.packages, reports=self._reports, decisions=decisions)
-        before = partial(self._gradebook.delivered, owner)
-        read = read_files(submission, self._bundles.names, self._masters, earlier=before)
-        self.doubts += read.doubts
-        self._leave_out_others(read, {name: digest for name, digest, *_ in self._gradebook.stored(owner)})
-        return read
+    def _read(self, submission: Submission) -> None:
+        """Read the files of a submission, and of what waits until a person confirms a partner."""
+        names, masters, decisions = self._bundles.names, self._masters, self._settings.decisions
+        owner = submission.claimed_by or submission.student
+        read = partial(intake.read, packages=self._course.packages, reports=self._reports, decisions=decisions)
+        read(submission, names, masters, earlier=partial(self._gradebook.delivered, owner))
+        self.doubts += submission.doubts
+        for piece in submission.unconfirmed:
+            partner = piece.owner.students[0]
+            theirs = intake.read(Submission(student=partner, pieces=(piece,)), names, masters)
+            for name in {item.name for item in theirs.items} & {*names}:
+                submission.waiting.setdefault(name, []).append(partner)
+        self._leave_out_others(submission, {name: digest for name, digest, *_ in self._gradebook.stored(owner)})
+        submission.prepared_from = self._prepared_from(submission)
 
-    def _leave_out_others(self, read: intake.ReadSubmission, before: Mapping[str, str]) -> None:
+    def _leave_out_others(self, submission: Submission, before: Mapping[str, str]) -> None:
         """Leave out the notebooks of other assignments that the student has handed in before.
 
         Parameters
         ----------
-        read : what was read of a submission
+        submission : as it was read
         before : name of a file that the student handed in before → digest of its newest version
         """
         if (only := self._settings.only) is None:
             return
         others = {*self._bundles.names} - {f"{name}.ipynb" for name in only.notebooks}
-        for one in [item for item in read.items if item.name in others and item.name in before]:
-            read.items.remove(one)
-            if one.digest != before[one.name]:
-                note = Problem.of(Code.OTHER_ASSIGNMENT, one.name, source=one.source, title=only.title)
-                read.notes.append(note)
+        for item in [item for item in submission.items if item.name in others and item.name in before]:
+            submission.items.remove(item)
+            if item.digest != before[item.name]:
+                note = Problem.of(Code.OTHER_ASSIGNMENT, item.name, source=item.source, title=only.title)
+                submission.notes.append(note)
                 self.left_out.append(note)
 
-    def _prepared_from(self, submission: intake.Submission, read: intake.ReadSubmission) -> str:
-        """Return the digest of all that a submission is prepared from: it is prepared again only if this changes.
-
-        These are the course, the program, the settings, the content of all files that are read, what is said about
-        them, and the files that the gradebook has of the student.
-        """
-        about = {**vars(submission), **vars(read), "pieces": 0, "items": 0, "doubts": 0, "names": sorted(read.names)}
-        about["unconfirmed"] = self._waits(submission)
-        files = [(item.name, item.digest, item.received, item.source, item.clock) for item in read.items]
+    def _prepared_from(self, submission: Submission) -> str:
+        """Return the digest of all that a submission is prepared from: it is prepared again only if this changes."""
+        course_program_and_settings = self._basis
+        found = [submission.student, submission.bench_of, submission.partners, submission.claimed_by]
+        files = [(item.name, item.digest, item.received, item.source, item.clock) for item in submission.items]
+        read = [sorted(submission.names), submission.python, submission.waiting]
+        said = [submission.problems, submission.notes, submission.faults, submission.unread, submission.unreadable]
         stored = [self._gradebook.stored(one) for one in (submission.student, submission.claimed_by) if one]
-        return content_digest([self._basis, about, files, stored])
+        return content_digest([course_program_and_settings, found, files, read, said, stored])
 
-    def _waits(self, submission: intake.Submission) -> dict[str, list[str]]:
-        """Return the notebooks of others who name this student as a partner, unconfirmed: file name → their IDs."""
-        waits: dict[str, list[str]] = {}
-        for piece in submission.unconfirmed:
-            read = intake.read(replace(submission, pieces=(piece,)), self._bundles.names, self._masters)
-            for name in {item.name for item in read.items} & {*self._bundles.names}:
-                waits.setdefault(name, []).append(piece.owner.students[0])
-        return waits
-
-    def _prepare(self, submission: intake.Submission, read: intake.ReadSubmission) -> Prepared:
+    def _prepare(self, submission: Submission) -> None:
         """Store the new files of a submission, and prepare for the run what counts: the newest of each notebook."""
-        names = self._bundles.names
-        earlier = store_submission(self._gradebook, submission, read)
-        basis = self._prepared_from(submission, read)  # what another program stores from now on is new the next time
-        hand_in, arrivals = intake.newest(
-            delivered(self._gradebook, submission, read, self._masters), names, self._reports, unread=read.unread
-        )
-        chosen = self._bundles.choose(hand_in)
+        earlier = store_submission(self._gradebook, submission)
+        # What another program stores from now on is new the next time.
+        submission.prepared_from = self._prepared_from(submission)
+        files = delivered(self._gradebook, submission, self._masters)
+        arrivals = intake.choose_newest(submission, files, self._bundles.names, self._reports)
+        chosen = self._bundles.choose(submission.notebooks, submission.course)
+        submission.problems += intake.unread_problems(submission, earlier) if submission.pieces else []
+        submission.problems += chosen.problems
         catalogue = chosen.bundle.catalogue
         wanted = {f"{catalogue.everything[question].notebook}.ipynb" for question, _part in chosen.bundle.asked_parts}
-        arrivals = [note for note in arrivals if note.code is not Code.NOT_HANDED_IN or note.where in wanted]
-        prepared = prepare(
-            hand_in,
-            chosen.bundle,
-            self._course.catalogue,
-            submission.bench_of or submission.student,
-            every_cell=self._settings.every_cell,
-            supplied=self._supplied(submission.student),
-        )
-        unread = read.problems(earlier) if submission.pieces else ()
-        problems = (*submission.problems, *unread, *chosen.problems, *prepared.problems)
-        notes = (*submission.notes, *read.notes, *arrivals, *chosen.notes, *prepared.notes)
-        waits = self._waits(submission)
-        return replace(prepared, problems=problems, notes=notes, python=read.python, prepared_from=basis, waits=waits)
+        submission.notes += [note for note in arrivals if note.code is not Code.NOT_HANDED_IN or note.where in wanted]
+        submission.notes += chosen.notes
+        every_cell, supplied = self._settings.every_cell, self._supplied(submission)
+        prepare(submission, chosen.bundle, self._course.catalogue, every_cell=every_cell, supplied=supplied)
 
-    def _identify(self, student: str, prepared: Prepared) -> RunRecord:
-        """Make the record of a run before it is run; its key is a digest of all that the run depends on.
+    def _identify(self, submission: Submission) -> None:
+        """Give a submission the digests by which equal ones are known: of all that its run depends on, and of it all.
 
         The probe seed is the settings', or else drawn from the gradebook's secret.
         """
-        settings = self._settings
-        content = content_digest([student, prepared.run_content(), self._how])
-        seed = settings.probe_seed
+        content = run_content(submission)
+        run = content_digest([submission.student, content, self._how])
+        seed = self._settings.probe_seed
         if seed is None:  # only somebody who has the gradebook can compute it
-            drawn = hmac.digest(self._secret, content.encode(), "sha256")
+            drawn = hmac.digest(self._secret, run.encode(), "sha256")
             seed = int.from_bytes(drawn) % 2**PROBE_SEED_BITS
-        return self._run_record(
-            student,
-            prepared.bundle,
-            key=content_digest([content, seed]),
-            submission=prepared.digest(),
-            probe_seed=seed,
-            claim=dict(prepared.claim or {}),
-            words=graded_run.words_as_json(prepared.words),
-            supplied=prepared.supplied,
-            release=prepared.bundle.release,
-            files=tuple(prepared.files),
-            prepared_from=prepared.prepared_from,
-        )
+        submission.key, submission.probe_seed = content_digest([run, seed]), seed
+        submission.digest = submission_digest(submission, content)
 
-    def _run_record(self, student: str, bundle: Bundle, **fields: Any) -> RunRecord:
-        """Make the record of a run, or of a failed grading without a run; ``fields`` are the record's other fields."""
-        isolation = ISOLATED if self._settings.isolated else NOT_ISOLATED
-        software = f"labcourse {labcourse.__version__}"
-        return RunRecord(student=student, master=bundle.digest, software=software, isolation=isolation, **fields)
+    def _run(self, submission: Submission, pool: runner.Pool, marker: Marker) -> None:
+        """Run a submission, or take the run that the gradebook has of equal content: its answers and reports on cells.
 
-    def _run(self, run: RunRecord, prepared: Prepared, pool: runner.Pool) -> RunRecord:
-        """Run a submission. Return its record with the answers, and with what its cells reported.
-
-        Without notebooks nothing is run, and the record is returned unchanged.
+        Without notebooks nothing is run.
         """
-        if not prepared.handed_in:
-            return run
-        bundle, settings = prepared.bundle, self._settings
+        if known := self._gradebook.find(submission.key):
+            run = graded_run.submission_of(known.run)
+            submission.answers, submission.cell_reports = run.answers, run.cell_reports
+            submission.ended, submission.evidence, submission.has_run = run.ended, run.evidence, False
+            return
+        marker.warm_up()
+        if not submission.handed_in:
+            return
+        bundle, settings = submission.bundle, self._settings
         job = runner.Job(
-            student=prepared.bench_of,
-            notebooks=prepared.merged.notebooks,
-            probe_seed=run.probe_seed,
+            student=submission.bench_of,
+            notebooks=submission.merged.notebooks,
+            probe_seed=submission.probe_seed,
             parameters=bundle.parameters,
             imports=bundle.imports,
-            files=prepared.files,
+            files=submission.files,
             limits=settings.limits,
             isolated=settings.isolated,
             evidence=self._course.evidence if bundle.policy.which == REAL else "",
         )
-        result = pool.run(runner.run, bundle.packed, job)
+        files, submission.ended = pool.run(runner.run, bundle.packed, job)
         cells = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
-        reports = schema.read_reports(result.reports).of(cells)
-        facts = Facts(reports=reports, ended=result.problems, evidence=result.evidence)
-        return replace(run, answers=result.answers, cells=facts.as_json())
+        submission.answers = files.get(ANSWERS_FILE)
+        submission.cell_reports = schema.read_reports(files.get(REPORTS_FILE, b"")).of(cells)
+        submission.evidence = files.get(EVIDENCE_FILE, b"")
 
-    def _explain(self, run: RunRecord, prepared: Prepared) -> RunRecord:
-        """Return the run with all messages: what stopped, why answers are missing, and which reports are PDFs."""
-        facts, bundle, catalogue = facts_of(run), prepared.bundle, self._course.catalogue
-        documents = report_files.of_files(prepared.reports, catalogue)
-        locked = [
-            Problem.of(Code.MAY_ASK_FOR_PASSWORD, pdf.report, name=pdf.name)
-            for pdf in documents.values()
-            if pdf.encrypted
-        ]
-        has_syntax_error = any(cell.error and cell.error.type == "SyntaxError" for cell in facts.reports.cells)
+    def _explain(self, submission: Submission) -> None:
+        """Fill in all messages: what stopped, why answers are missing, and which reports are PDFs."""
+        bundle, catalogue, cells = submission.bundle, self._course.catalogue, submission.cell_reports
+        submission.documents = documents = report_files.of_files(submission.pdfs, catalogue)
+        submission.asked, submission.policy = self._asked(bundle), bundle.policy
+        has_syntax_error = any(cell.error and cell.error.type == "SyntaxError" for cell in cells.cells)
+        recorded = graded_run.recorded_in(submission.answers) | set(submission.words)
         reasons = explain(
             bundle.pristine,
-            prepared.merged,
-            facts.reports,
-            (graded_run.recorded_in(run.answers) | set(prepared.words)) - graded_run.supplied_parts(run),
+            submission.merged,
+            cells,
+            recorded - submission.supplied_parts,
             bundle.catalogue,
-            handed_in=prepared.handed_in,
-            claim=prepared.claim,
-            seconds=self._settings.limits.cell if facts.ended else None,
-            python=prepared.python if has_syntax_error else None,
+            handed_in=submission.handed_in,
+            claim=submission.claim,
+            seconds=self._settings.limits.cell if submission.ended else None,
+            python=submission.python if has_syntax_error else None,
         )
+        absent = _not_there(submission, catalogue)
+        submission.missing = {**absent, **reasons.missing}
+        submission.waits = [
+            where for where in absent if f"{catalogue.marked[where[0]].notebook}.ipynb" in submission.waiting
+        ]
+        if submission.waits:
+            names = sorted({name for partners in submission.waiting.values() for name in partners})
+            submission.problems.insert(0, Problem.of(Code.CONFIRMATION_NEEDED, names=names))
         stops = (*reasons.stops, *reasons.harmless)
-        ended = [problem for problem in facts.ended if not runner.is_covered_by_cells(problem, stops)]
-        absent = _not_there(prepared, catalogue)
-        missing = {**absent, **reasons.missing}
-        waits = [where for where in absent if f"{catalogue.marked[where[0]].notebook}.ipynb" in prepared.waits]
-        names = sorted({name for partners in prepared.waits.values() for name in partners})
-        confirm = Problem.of(Code.CONFIRMATION_NEEDED, names=names)
-        additional = {
-            "problems": (
-                *([confirm] if waits else []),
-                *prepared.problems,
-                *ended,
-                *locked,
-                *reasons.stops,
-                *reasons.lost,
-            ),
-            "notes": (*prepared.notes, *(document.note for document in documents.values()), *reasons.harmless),
-            "missing": [(*where, reason) for where, reason in missing.items()],
-            "asked": self._asked(bundle),
-            "bench_of": prepared.bench_of,
-            "policy": bundle.policy,
-            "reports_in_pdf": documents,
-            "untouched": prepared.untouched,
-            "waits": waits,
-        }
-        facts = facts.model_copy(update=additional)
-        return replace(run, problems=facts.problems, notes=facts.notes, cells=facts.as_json())
+        submission.problems += [
+            problem for problem in submission.ended if not runner.is_covered_by_cells(problem, stops)
+        ]
+        for pdf in documents.values():
+            if pdf.encrypted:
+                submission.problems.append(Problem.of(Code.MAY_ASK_FOR_PASSWORD, pdf.report, name=pdf.name))
+            submission.notes.append(pdf.note)
+        submission.problems += [*reasons.stops, *reasons.lost]
+        submission.notes += reasons.harmless
 
-    def _mark(self, run: RunRecord, prepared: Prepared, marker: Marker) -> Graded:
+    def _mark(self, submission: Submission, marker: Marker) -> None:
         """Mark a run by the key; give no points if nothing of the course could be read in the submission."""
-        if prepared.handed_in or prepared.reports:
-            return graded_run.mark(run, marker, self._key_digest)
-        reason = Problem.of(Code.NOTHING_READ)
-        marks = self._no_points(reason, Status.MISSING, prepared.bundle)
-        return Graded(run, graded_run.with_unconfirmed(marks, facts_of(run)), self._key_digest)
+        run = graded_run.record_of(submission, isolated=self._settings.isolated)
+        if submission.handed_in or submission.pdfs:
+            submission.graded = graded_run.mark(run, marker, self._key_digest)
+            return
+        marks = self._no_points(Problem.of(Code.NOTHING_READ), Status.MISSING, submission.bundle)
+        submission.graded = Graded(run, graded_run.with_unconfirmed(marks, submission.waits), self._key_digest)
 
-    def _store(self, done: GradedSubmission) -> GradedSubmission:
+    def _store(self, submission: Submission) -> Submission:
         """Store a submission's marks, if they are new; return it with the marks that count."""
-        if not done.new:
-            return done
-        reason = "run" if done.ran else "marked again"
-        return replace(done, graded=_record(self._gradebook, done.graded, "labcourse grade", reason))
+        if submission.is_new:
+            reason = "run" if submission.has_run else "marked again"
+            submission.graded = graded_run.store(self._gradebook, submission.graded, "labcourse grade", reason)
+        return submission
 
-    def _failed(self, student: str, error: Exception) -> Graded:
+    def _failed(self, submission: Submission, error: Exception) -> Graded:
         """Return what to store if grading fails: the student's marks so far, or marks that say "not marked".
 
         The key's digest is "", so that the submission is graded again the next time.
         """
-        fault = f"{type(error).__name__}: {error}"
-        supplied = {value.name: value.value for value in self._supplied(student)}  # so that they are not lost
-        current = self._gradebook.current(student)
+        student, current, fault = submission.student, submission.before, f"{type(error).__name__}: {error}"
+        supplied = {value.name: value.value for value in self._supplied(submission)}  # so that they are not lost
         if current is not None and not graded_run.is_failed(current.run):
             stays = Problem.of(Code.EARLIER_MARKS_STAY, error=fault)
-            problems = dict.fromkeys((*facts_of(current.run).problems, stays))
+            problems = dict.fromkeys((*graded_run.submission_of(current.run).problems, stays))
             return Graded(replace(current.run, problems=tuple(problems), supplied=supplied), current.marks, "")
-        bundle = self._bundles.current
-        key = f"failed: {student}"
-        run = self._run_record(student, bundle, key=key, submission="", probe_seed=0, supplied=supplied)
+        bundle, problem = self._bundles.current, Problem.of(Code.GRADING_FAILED, error=fault)
+        failed = Submission(student=student, problems=[problem], key=f"failed: {student}", supplied=supplied)
+        failed.bundle = bundle
         marks = self._no_points(Problem.of(Code.NOT_GRADED), Status.NOT_MARKED, bundle)
-        return Graded(replace(run, problems=(Problem.of(Code.GRADING_FAILED, error=fault),)), marks, "")
+        return Graded(graded_run.record_of(failed, isolated=self._settings.isolated), marks, "")
 
-    def _supplied(self, student: str) -> list[Supplied]:
+    def _supplied(self, submission: Submission) -> list[Supplied]:
         """Return the values for a student's missing answers: those in the gradebook, and those of the settings."""
-        current = self._gradebook.current(student)
-        earlier = current.run.supplied if current else {}
-        return values_for(student, earlier, self._settings.supplied, self._course.catalogue)
+        earlier = submission.before.run.supplied if submission.before else {}
+        return values_for(submission.student, earlier, self._settings.supplied, self._course.catalogue)
 
-    def _asked(self, bundle: Bundle) -> list[tuple[str, str]] | None:
+    def _asked(self, bundle: Bundle) -> list[Where] | None:
         """Return the (question, part) that a release asks for; None if that is the whole course."""
         if bundle.release != self._bundles.current.release:
             return sorted(bundle.asked_parts)
@@ -460,7 +399,13 @@ class Batch:
 
     def _no_points(self, reason: Problem, status: Status, bundle: Bundle) -> tuple[Mark, ...]:
         """Return marks without points for all that the release asks."""
-        return marking.nothing_earned(self._course, reason, status, marking.Context(asked_parts=self._asked(bundle)))
+        return marking.nothing_earned(self._course, reason, status, self._asked(bundle))
+
+
+def _unchanged(submission: Submission, current: Graded) -> Submission:
+    """Return a submission with the run and the marks that count already."""
+    submission.graded, submission.has_run, submission.is_new = current, False, False
+    return submission
 
 
 def _code_digest() -> str:
@@ -471,33 +416,19 @@ def _code_digest() -> str:
     return digest.hexdigest()
 
 
-def _not_there(prepared: Prepared, catalogue: Catalogue) -> dict[Where, Problem]:
+def _not_there(submission: Submission, catalogue: Catalogue) -> dict[Where, Problem]:
     """Return why there are no answers in notebooks that are not there or cannot be read: (question, part) → why."""
     why: dict[Where, Problem] = {}
     for number, question in catalogue.marked.items():
         notebook = f"{question.notebook}.ipynb"
-        if notebook not in prepared.handed_in:
-            is_unread = intake.is_unread(notebook, prepared.problems)
+        if notebook not in submission.handed_in:
+            is_unread = intake.is_unread(notebook, submission.problems)
             code = Code.NOTEBOOK_OF_IT_UNREAD if is_unread else Code.NOTEBOOK_OF_IT_ABSENT
             why |= {(number, part): Problem.of(code, notebook) for part in question.names}
     return why
 
 
-def _record(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Graded:
-    """Store a submission's run and marks in one transaction. Return them as they count: marks by persons stay.
-
-    Parameters
-    ----------
-    gradebook : where they are stored
-    graded : the submission
-    actor : who changes marks, for the audit trail
-    reason : why
-    """
-    gradebook.record(graded, actor=actor, reason=reason)
-    return gradebook.current(graded.run.student) or graded
-
-
-def _stored(runs: Mapping[str, EarlierRun], named: Callable[[str], Collection[str] | None]) -> list[intake.Submission]:
+def _stored(runs: Mapping[str, EarlierRun], named: Callable[[str], Collection[str] | None]) -> list[Submission]:
     """Return a submission for each student; the files are in the gradebook, as theirs or as their partner's.
 
     Parameters
@@ -512,10 +443,10 @@ def _stored(runs: Mapping[str, EarlierRun], named: Callable[[str], Collection[st
         partners = (one for one, other in runs.items() if other.has_files and other.bench_of == run.bench_of)
         of_both = (one for one in partners if caseless(student) in map(caseless, named(one) or ()))
         partner = student if run.has_files else next(of_both, bench_of)
-        submission = intake.Submission(student, bench_of=bench_of)
+        submission = Submission(student=student, bench_of=bench_of)
         if partner != student:
-            note = Problem.of(Code.HANDED_IN_BY_PARTNER, partner=partner)
-            submission = replace(submission, claimed_by=partner, notes=(note,))
+            submission.claimed_by = partner
+            submission.notes.append(Problem.of(Code.HANDED_IN_BY_PARTNER, partner=partner))
         submissions.append(submission)
     return submissions
 
@@ -523,7 +454,7 @@ def _stored(runs: Mapping[str, EarlierRun], named: Callable[[str], Collection[st
 # --- what the gradebook has of earlier submissions --------------------------------------------------------------------
 
 
-def store_submission(gradebook: Gradebook, submission: intake.Submission, contents: intake.ReadSubmission) -> list[str]:
+def store_submission(gradebook: Gradebook, submission: Submission) -> list[str]:
     """Store the files of a submission that are not in the gradebook yet.
 
     If a partner handed in for this student, the files stay the partner's.
@@ -531,8 +462,7 @@ def store_submission(gradebook: Gradebook, submission: intake.Submission, conten
     Parameters
     ----------
     gradebook : where it is stored
-    submission : as it was found
-    contents : its content
+    submission : as it was read
 
     Returns
     -------
@@ -542,16 +472,11 @@ def store_submission(gradebook: Gradebook, submission: intake.Submission, conten
     students = filter(None, (submission.student, submission.claimed_by))
     earlier = [name for student in students for name, *_about in gradebook.stored(student)]
     if not submission.claimed_by:
-        gradebook.deliver(submission.student, contents.items)
+        gradebook.deliver(submission.student, submission.items)
     return earlier
 
 
-def delivered(
-    gradebook: Gradebook,
-    submission: intake.Submission,
-    contents: intake.ReadSubmission,
-    masters: Mapping[str, intake.Master],
-) -> list[Delivery]:
+def delivered(gradebook: Gradebook, submission: Submission, masters: Mapping[str, intake.Master]) -> list[Delivery]:
     """Return all files that were handed in for a student until now; parameters as for :func:`store_submission`.
 
     What a partner handed in, whatever its time, replaces no notebook in which the student wrote something and that they
@@ -561,7 +486,7 @@ def delivered(
     if not submission.claimed_by:
         return own
     answered = {one.name for one in own if one.name in masters and intake.is_answered(one, masters[one.name])}
-    partners = [*gradebook.delivered(submission.claimed_by), *contents.items]
+    partners = [*gradebook.delivered(submission.claimed_by), *submission.items]
     partners = [one for one in partners if one.name not in answered]
     names = {one.name for one in partners}
     return [*partners, *(one for one in own if one.name not in names)]
@@ -578,7 +503,7 @@ def students_named_before(gradebook: Gradebook, student: str) -> list[str] | Non
     return intake.students_in(delivered[COURSE_FILE].content) if COURSE_FILE in delivered else []
 
 
-def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:
+def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[Submission]) -> list[Submission]:
     """Delete files that are stored as one student's, and are another's as the instructor decided.
 
     The owner gets them when the submission is stored.
@@ -589,16 +514,16 @@ def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[intake.
         An empty submission for each earlier owner without a submission now, so that their marks are made anew.
     """
     present = {caseless(submission.student) for submission in submissions}
-    emptied: dict[str, intake.Submission] = {}
+    emptied: dict[str, Submission] = {}
     for owner, piece in ((submission.student, piece) for submission in submissions for piece in submission.pieces):
         if piece.owner.is_decided:
             reason = Problem.of(Code.GIVEN_TO_OWNER, piece.source, owner=owner)
             for student in gradebook.delete_of_others(piece.source, piece.received, owner):
-                emptied[student] = intake.Submission(student, problems=(reason,))
+                emptied[student] = Submission(student=student, problems=[reason])
     return [submission for student, submission in emptied.items() if caseless(student) not in present]
 
 
-def no_longer_named(gradebook: Gradebook, submissions: Sequence[intake.Submission]) -> list[intake.Submission]:
+def no_longer_named(gradebook: Gradebook, submissions: Sequence[Submission]) -> list[Submission]:
     """Return an empty submission for each student who waits to be confirmed as a partner, and is not named any more.
 
     Their marks are made anew, since nobody would be asked about them.
@@ -607,12 +532,12 @@ def no_longer_named(gradebook: Gradebook, submissions: Sequence[intake.Submissio
     before = (students_named_before(gradebook, one.student) or () for one in submissions if one.pieces)
     names = {caseless(name) for named in before for name in named} - present
     current = filter(None, map(gradebook.current, sorted(names)))
-    return [intake.Submission(one.run.student) for one in current if facts_of(one.run).waits]
+    return [Submission(student=one.run.student) for one in current if graded_run.submission_of(one.run).waits]
 
 
 def leave_out_erased(
-    gradebook: Gradebook, submissions: Sequence[intake.Submission], again: Sequence[str]
-) -> tuple[list[intake.Submission], list[Problem]]:
+    gradebook: Gradebook, submissions: Sequence[Submission], again: Sequence[str]
+) -> tuple[list[Submission], list[Problem]]:
     """Leave out the submissions of persons who were erased.
 
     Parameters
@@ -646,92 +571,3 @@ def leave_out_erased(
             when = erased[partner]
             problems.append(Problem.of(Code.ERASED_NAMED, student=student, partner=partner, when=when))
     return taken, problems
-
-
-# --- marking again ----------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Regraded:
-    """A student's marks before and after.
-
-    Attributes
-    ----------
-    before, after : as in the gradebook
-    problem : why they could not be marked again; "" where they could
-    unchanged : marks by persons, which stay, where the key gives other points: question, part, "points", and "by_key"
-    """
-
-    before: Graded
-    after: Graded
-    problem: str = ""
-    unchanged: tuple[dict[str, Any], ...] = ()
-
-
-def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
-    """Mark all students' stored answers by the key as it is now. If that fails for a student, their marks stay.
-
-    Parameters
-    ----------
-    gradebook : with the answers
-    course : the course, with its key
-    questions : numbers of the questions to mark again; all if there are none
-    jobs : submissions to mark at a time
-
-    Raises
-    ------
-    GradingError
-        If the gradebook has no answers, or the key does not have one of the questions.
-
-    Yields
-    ------
-    Regraded
-        Each student's marks before and after.
-    """
-    for number in questions:
-        try:
-            course.catalogue.find_marked(number)
-        except AnswerError as error:
-            raise GradingError(str(error)) from None
-        if number not in course.key:
-            raise GradingError(f"The key has no question {number}.")
-    with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as threads:
-        current = list(gradebook.all_current())
-        if not current:
-            raise GradingError("There is nothing in the gradebook to mark again.")
-        digest = marking_digest(course)
-        for regraded in threads.map(lambda graded: _marked_again(graded, marker, questions, digest), current):
-            yield regraded if regraded.problem else _store_regraded(gradebook, regraded, questions)
-
-
-def _marked_again(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
-    """Mark a student's stored answers anew, without storing anything. Parameters as for :func:`regrade`.
-
-    Only the marks of the chosen questions change; ``digest`` is that of the key as it is now.
-    """
-    run = graded.run
-    if run.answers is None and not run.words and not facts_of(run).reports_in_pdf:
-        return Regraded(graded, graded)  # nothing could be read of it, or it could not be run
-    try:
-        after = graded_run.mark(run, marker, digest)
-    except CourseError as error:
-        return Regraded(graded, graded, str(error))
-    if questions:
-        new = {mark.where: mark for mark in after.marks if mark.question in questions}
-        marks = [new.pop(mark.where, mark) for mark in graded.marks]
-        # The other marks are still by the earlier key, so its digest stays: the next grading marks them again.
-        after = replace(graded, marks=(*marks, *new.values()))
-    return Regraded(graded, after)
-
-
-def _store_regraded(gradebook: Gradebook, regraded: Regraded, questions: Collection[str]) -> Regraded:
-    """Store the new marks. Return them as they count, with the marks by persons that stay."""
-    reason = f"marked again: {', '.join(questions) or 'all questions'}"
-    after = _record(gradebook, regraded.after, "labcourse regrade", reason)
-    by_key = {mark.where: mark.points for mark in regraded.after.marks if mark.status not in UNDECIDED}
-    unchanged = tuple(
-        {"question": mark.question, "part": mark.part, "points": mark.points, "by_key": by_key[mark.where]}
-        for mark in after.marks
-        if mark.status == Status.BY_A_PERSON and by_key.get(mark.where, mark.points) != mark.points
-    )
-    return replace(regraded, after=after, unchanged=unchanged)

@@ -355,7 +355,7 @@ def grade(
                 try:
                     for step in batch.grade():
                         result = Result(step.graded, StudentRecord(step.graded.run.student))
-                        progress.add(step.ran, result, changes_since(step.before, step.graded))
+                        progress.add(step.has_run, result, changes_since(step.before, step.graded))
                 finally:
                     rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided, batch.sources)
     except IsolationError as error:
@@ -517,8 +517,7 @@ def regrade(
 
     Exit code: 0 all marked, 1 some could not be marked (their marks stay), 2 nothing marked.
     """
-    from labcourse.grading import batch
-    from labcourse.grading.graded_run import key_faults
+    from labcourse.grading import graded_run
     from labcourse.grading.reports.changes import changes
     from labcourse.grading.reports.grades import Reports
 
@@ -526,11 +525,11 @@ def regrade(
     changed, failed, faults = Counter[bool](), False, dict[str, None]()
     with _gradebook(marks) as book, ExitStack() as stack:
         reports = None if folder is None else stack.enter_context(Reports(folder, course, book))
-        for done in batch.regrade(book, course, question or (), jobs=jobs):
+        for done in graded_run.regrade(book, course, question or (), jobs=jobs):
             change = changes(done.before, done.after)
             changed[bool(change.parts)] += 1
             failed |= bool(done.problem)
-            faults |= dict.fromkeys(sentences(key_faults(done.after).values()))
+            faults |= dict.fromkeys(sentences(graded_run.key_faults(done.after).values()))
             if as_json:
                 typer.echo(json.dumps({**change.as_data(), "left_alone": done.unchanged, "problem": done.problem}))
                 continue

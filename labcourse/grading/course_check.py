@@ -22,9 +22,11 @@ from nbformat import NotebookNode
 from labcourse import program
 from labcourse.answers import schema, words
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.answers.notebooks import Cell, Notebook, as_released
 from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError, GradingError
+from labcourse.files import ANSWERS_FILE
 from labcourse.grading import outcomes, sheets
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course
 from labcourse.grading.isolation import selftest
@@ -286,10 +288,11 @@ def check_empty(course: Course, released: Bundle) -> Iterator[CourseFault]:
     released : its bundle
     """
     notebooks = merged(released.pristine, {}, every_cell=True)
-    run = run_notebooks(released, notebooks)
-    yield from (CourseFault("the student notebooks", sentence(problem)) for problem in run.problems)
-    values = set(decoding.decode(run.answers, SEED, course.catalogue).values)
-    causes = Causes(released.pristine, notebooks, schema.read_reports(run.reports), values, course.catalogue)
+    files, problems = run_notebooks(released, notebooks)
+    yield from (CourseFault("the student notebooks", sentence(problem)) for problem in problems)
+    values = set(decoding.decode(files.get(ANSWERS_FILE), SEED, course.catalogue).values)
+    reports = schema.read_reports(files.get(REPORTS_FILE, b""))
+    causes = Causes(released.pristine, notebooks, reports, values, course.catalogue)
     stopped = (causes.root(cell) for cells in causes.cells.values() for cell in cells if cell.stopped)
     for root in dict.fromkeys(cell for cell in stopped if isinstance(cell, RunCell)):
         yield CourseFault(_in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {_stop_reason(root)}")
@@ -422,10 +425,11 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
     """
     pristine = released.pristine
     written = merged(pristine, solved_cells(course, pristine))
-    run = run_notebooks(released, written)
-    claims, reports = decoding.decode(run.answers, SEED, course.catalogue), schema.read_reports(run.reports)
+    files, problems = run_notebooks(released, written)
+    claims = decoding.decode(files.get(ANSWERS_FILE), SEED, course.catalogue)
+    reports = schema.read_reports(files.get(REPORTS_FILE, b""))
     why = reasons.explain(pristine, written, reports, claims.values, released.catalogue, handed_in=pristine)
-    claims.problems.extend(run.problems)
+    claims.problems.extend(problems)
     for name, master in pristine.items():
         texts = words.written(master["cells"], Notebook.read((course.folder / name).read_bytes()).cells)
         decoding.add_words(claims, texts.words, course.catalogue)
@@ -434,7 +438,7 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
     return claims, why.missing
 
 
-def run_notebooks(released: Bundle, notebooks: Merged) -> runner.Run:
+def run_notebooks(released: Bundle, notebooks: Merged) -> runner.Ran:
     """Run notebooks of the course: in the sandbox if there is one on this computer, else without.
 
     Raises

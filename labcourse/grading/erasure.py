@@ -20,7 +20,8 @@ from labcourse.grading import outcomes, overview, sheets
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Delivery, Erased, Gradebook, RunRecord, StudentRecord
 from labcourse.grading.gradebook.persons import Person
-from labcourse.grading.graded_run import Facts, facts_of
+from labcourse.grading.graded_run import facts_as_json, submission_of
+from labcourse.grading.submission import Submission
 from labcourse.student_id import GRADEBOOK_FILE, caseless
 
 _OF_CLASS = (overview.OVERVIEW_FILE, outcomes.ATTAINMENT_FILE, outcomes.LEVELS_FILE, sheets.SHEETS_PAGE)
@@ -51,38 +52,40 @@ def erase(book: Gradebook, course: Course, student: str, actor: str, dry_run: bo
     GradebookError
         As for :meth:`labcourse.grading.gradebook.persons.Persons.erase`.
     """
-    owners = [graded.run.student for graded in book.all_current() if _same(student, facts_of(graded.run).bench_of)]
+    owners = [graded.run.student for graded in book.all_current() if _same(student, submission_of(graded.run).bench_of)]
     partners = sorted((owner for owner in owners if not _same(student, owner)), key=caseless)
 
     def change(record: RunRecord | Delivery, person: Person) -> None:
         if isinstance(record, Delivery):
             record.content = _without(record, student)
             return
-        before = facts_of(record)
-        facts = _redacted(before, person)
-        policy = _same_bench(before, course, student) if _same(student, before.bench_of) else None
+        submission = submission_of(record)
+        _redact(submission, person)
+        policy = _same_bench(submission, course, student) if _same(student, submission.bench_of) else None
         if policy is not None:
             owner = partners[0] if partners else record.student
-            facts = facts.model_copy(update={"policy": policy, "bench_of": owner})
+            submission.policy, submission.bench_of = policy, owner
             if (data := _object(record.answers or b"")) is not None:
                 record.answers = json.dumps({**data, "student": owner}).encode()
-        if record.cells and facts != before:
-            record.cells = facts.as_json()
+        if record.cells and (facts := facts_as_json(submission)) != record.cells:
+            record.cells = facts
 
     return book.persons.erase(student, actor, partners, change, dry_run)
 
 
-def _redacted(facts: Facts, person: Person) -> Facts:
-    """Return the facts of a run without the person's names in messages, and in what was typed into the notebooks."""
-    messages = {name: person.redacted(getattr(facts, name)) for name in ("ended", "problems", "notes")}
-    missing = [(question, part, person.redacted(why)) for question, part, why in facts.missing]
-    unused = tuple((notebook, name, person.redacted(value)) for notebook, name, value in facts.reports.unused)
-    return facts.model_copy(update={**messages, "missing": missing, "reports": replace(facts.reports, unused=unused)})
+def _redact(submission: Submission, person: Person) -> None:
+    """Take the person's names out of messages, and out of what was typed into the notebooks."""
+    for name in ("ended", "problems", "notes"):
+        setattr(submission, name, person.redacted(getattr(submission, name)))
+    submission.missing = {where: person.redacted(why) for where, why in submission.missing.items()}
+    reports = submission.cell_reports
+    unused = tuple((notebook, name, person.redacted(value)) for notebook, name, value in reports.unused)
+    submission.cell_reports = replace(reports, unused=unused)
 
 
-def _same_bench(facts: Facts, course: Course, student: str) -> BenchPolicy | None:
+def _same_bench(submission: Submission, course: Course, student: str) -> BenchPolicy | None:
     """Return the policy that gives the same bench without the student's ID; None if there is none."""
-    policy = course.settings.bench if facts.policy is None else facts.policy
+    policy = course.settings.bench if submission.policy is None else submission.policy
     if policy.which != OWN:
         return policy
     return None if course.own_seed is None else BenchPolicy(SAME, course.own_seed(student), draw=policy.draw)

@@ -1,84 +1,129 @@
-"""The facts of a run that the gradebook stores besides its answers, and the marking of a stored run.
+"""The runs that a gradebook stores: a submission written as plain data and read again, and marking it once more.
 
-All of it is plain data, so that answers can be marked again, and reasons given again, without running anything.
+Answers can be marked again, and reasons given again, without running anything.
 """
 
 from __future__ import annotations
 
 import zlib
 from base64 import b64decode, b64encode
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
+from pydantic import BaseModel, BeforeValidator, PlainSerializer
 
+import labcourse
 from labcourse.answers import answers
 from labcourse.answers.cell_reports import CellReports
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
-from labcourse.errors import AnswerError
-from labcourse.grading.gradebook import Graded, RunRecord
-from labcourse.grading.marking.marking import Context
-from labcourse.grading.marking.marking_processes import Marker, MarkingJob
-from labcourse.grading.marks import Mark, Status
+from labcourse.errors import AnswerError, CourseError, GradingError
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import Gradebook, Graded, RunRecord
+from labcourse.grading.marking.marking_processes import Marker, marking_digest
+from labcourse.grading.marks import UNDECIDED, Mark, Status
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem, Where, as_json, from_json, has
+
+ISOLATED, NOT_ISOLATED = "Run in isolation.", "Run without isolation."
 
 #: Bytes that are written to JSON as base64 of their compressed form.
 _Compressed = Annotated[
     bytes,
     BeforeValidator(lambda data: zlib.decompress(b64decode(data)) if isinstance(data, str) else data),
-    PlainSerializer(lambda data: b64encode(zlib.compress(data)).decode("ascii"), when_used="json"),
+    PlainSerializer(lambda data: b64encode(zlib.compress(data)).decode("ascii")),
 ]
 #: A problem, or a text of the course's, written to JSON as plain data.
 _Stored = Annotated[Any, BeforeValidator(from_json), PlainSerializer(as_json)]
+#: Reasons by (question, part), written to JSON as lists of three.
+_Reasons = Annotated[
+    Any,
+    BeforeValidator(
+        lambda given: given if isinstance(given, dict) else {(q, p): from_json(why) for q, p, why in given}
+    ),
+    PlainSerializer(lambda reasons: [[*where, as_json(why)] for where, why in reasons.items()]),
+]
 
 
-class Facts(BaseModel):
-    """The facts of a run.
+class _Facts(BaseModel):
+    """What :attr:`RunRecord.cells` stores of a submission, by the names of its attributes."""
 
-    Attributes
-    ----------
-    reports : what its cells reported
-    ended : what went wrong with the run as a whole
-    problems, notes : all but those of marking
-    missing : question, part, and why there is no answer, of each missing answer with a known reason
-    asked : (question, part) that the student's release asks; None if it is the course's
-    bench_of : ID of the student on whose bench it was run
-    policy : which bench each student had; None if it is not known
-    evidence : what the course's function read from the student's files in the sandbox, JSON: a claim
-    reports_in_pdf : number of a report → the PDF that was handed in
-    untouched : names of notebooks, without ending, in which the student changed nothing
-    waits : (question, part) of notebooks that are missing, while nobody has confirmed a partner who handed in
-    """
-
-    model_config = ConfigDict(frozen=True)
-
-    reports: CellReports = CellReports()
-    ended: tuple[_Stored, ...] = ()
-    problems: tuple[_Stored, ...] = ()
-    notes: tuple[_Stored, ...] = ()
-    missing: list[tuple[str, str, _Stored]] = []
+    cell_reports: CellReports
+    ended: tuple[_Stored, ...]
+    problems: list[_Stored]
+    notes: list[_Stored]
+    missing: _Reasons
     asked: list[Where] | None = None
-    bench_of: str = ""
+    bench_of: str
     policy: BenchPolicy | None = None
-    evidence: _Compressed = b""
-    reports_in_pdf: dict[str, ReportFile] = {}
-    untouched: tuple[str, ...] = ()
-    waits: list[Where] = []
-
-    def as_json(self) -> tuple[dict[str, Any], ...]:
-        """Return the facts as :attr:`RunRecord.cells` stores them."""
-        return (self.model_dump(mode="json", exclude_defaults=True),)
+    evidence: _Compressed
+    documents: dict[str, ReportFile]
+    untouched: tuple[str, ...]
+    waits: list[Where]
 
 
-def facts_of(run: RunRecord) -> Facts:
-    """Read the facts of a run from its record. For a record that stores no facts, return those with its messages."""
-    if not run.cells:
-        return Facts(problems=run.problems, notes=run.notes, bench_of=run.student)
-    return Facts.model_validate(run.cells[0])
+def facts_as_json(submission: Submission) -> tuple[dict[str, Any], ...]:
+    """Return what :attr:`RunRecord.cells` stores of a submission."""
+    return (_Facts.model_validate(submission, from_attributes=True).model_dump(mode="json"),)
+
+
+def record_of(submission: Submission, *, isolated: bool) -> RunRecord:
+    """Return the record of a submission that was prepared, and run or not, for the gradebook.
+
+    Parameters
+    ----------
+    submission : all but its marks
+    isolated : whether it was run in a sandbox
+    """
+    bundle = submission.bundle
+    return RunRecord(
+        key=submission.key,
+        student=submission.student,
+        submission=submission.digest,
+        master=bundle.digest,
+        software=f"labcourse {labcourse.__version__}",
+        probe_seed=submission.probe_seed,
+        isolation=ISOLATED if isolated else NOT_ISOLATED,
+        answers=submission.answers,
+        problems=tuple(dict.fromkeys(submission.problems)),
+        notes=tuple(dict.fromkeys(submission.notes)),
+        cells=facts_as_json(submission),
+        claim=dict(submission.claim or {}),
+        words=words_as_json(submission.words),
+        supplied=submission.supplied,
+        release=bundle.release,
+        files=tuple(submission.files),
+        prepared_from=submission.prepared_from,
+    )
+
+
+def submission_of(run: RunRecord) -> Submission:
+    """Return a submission as the gradebook stores it: without its files, and without the messages of its marking.
+
+    Of a record that stores no facts, all messages are returned.
+    """
+    messages = {"problems": [*run.problems], "notes": [*run.notes]}
+    facts = dict(_Facts.model_validate(run.cells[0])) if run.cells else messages
+    words = {
+        (question, part): TextAnswer.from_json(content)
+        for question, parts in run.words.items()
+        for part, content in parts.items()
+    }
+    return Submission(
+        student=run.student,
+        key=run.key,
+        digest=run.submission,
+        prepared_from=run.prepared_from,
+        probe_seed=run.probe_seed,
+        answers=run.answers,
+        words=words,
+        supplied=run.supplied,
+        **facts,
+    )
 
 
 def answers_of(run: RunRecord) -> dict[str, Any]:
@@ -109,25 +154,6 @@ def recorded_in(data: bytes | None) -> set[Where]:
     return {(question, part) for question, parts in content["answers"].items() for part in parts}
 
 
-def supplied_parts(run: RunRecord) -> set[Where]:
-    """Return the (question, part) of the values that an instructor supplied."""
-    return {(question, part) for question, _dot, part in (name.rpartition(".") for name in run.supplied)}
-
-
-def marking_job(run: RunRecord) -> MarkingJob:
-    """Return the job of marking a stored run: all that marking needs of it."""
-    facts = facts_of(run)
-    missing = {(question, part): reason for question, part, reason in facts.missing}
-    context = Context(missing, supplied_parts(run), facts.asked, facts.reports_in_pdf)
-    words = {
-        (question, part): TextAnswer.from_json(content)
-        for question, parts in run.words.items()
-        for part, content in parts.items()
-    }
-    student = facts.bench_of or run.student
-    return MarkingJob(student, run.answers, run.probe_seed, words, context, facts.policy, facts.evidence)
-
-
 def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
     """Mark a stored run by the key. Messages of this marking replace those of an earlier one; each is there once.
 
@@ -142,19 +168,22 @@ def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
     GradingError
         If the answers cannot be marked.
     """
-    facts, marked = facts_of(run), marker.mark(marking_job(run))
-    problems = dict.fromkeys((*facts.problems, *marked.problems))
-    notes = dict.fromkeys((*facts.notes, *marked.notes))
-    marks = with_unconfirmed(marked.marks, facts)
-    return Graded(replace(run, problems=tuple(problems), notes=tuple(notes)), marks, key_digest)
+    submission = submission_of(run)
+    marker.mark(submission)
+    problems, notes = (tuple(dict.fromkeys(said)) for said in (submission.problems, submission.notes))
+    marks = with_unconfirmed(submission.marks, submission.waits)
+    return Graded(replace(run, problems=problems, notes=notes), marks, key_digest)
 
 
-def with_unconfirmed(marks: tuple[Mark, ...], facts: Facts) -> tuple[Mark, ...]:
-    """Return the marks; while nobody has confirmed a partner who handed in for the student, missing answers wait."""
-    waiting, why = {*facts.waits}, Problem.of(Code.PARTNER_NOT_CONFIRMED)
+def with_unconfirmed(marks: tuple[Mark, ...], waits: Collection[Where]) -> tuple[Mark, ...]:
+    """Return the marks; while nobody has confirmed a partner who handed in for the student, missing answers wait.
+
+    ``waits`` are the (question, part) of the notebooks that the partner handed in.
+    """
+    why = Problem.of(Code.PARTNER_NOT_CONFIRMED)
     return tuple(
         replace(mark, status=Status.UNCONFIRMED, reason=why)
-        if mark.where in waiting and mark.status == Status.MISSING
+        if mark.where in waits and mark.status == Status.MISSING
         else mark
         for mark in marks
     )
@@ -171,3 +200,106 @@ def key_faults(graded: Graded) -> dict[Where, Problem]:
     failed = (one for one in graded.run.problems if isinstance(one, Problem) and one.code is Code.KEY_FAILED)
     faults = {(one.parameters["question"], one.parameters["part"]): one for one in failed}
     return {where: fault for where, fault in faults.items() if where in unmarked}
+
+
+# --- marking again ----------------------------------------------------------------------------------------------------
+
+
+def store(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Graded:
+    """Store a submission's run and marks in one transaction. Return them as they count: marks by persons stay.
+
+    Parameters
+    ----------
+    gradebook : where they are stored
+    graded : the submission
+    actor : who changes marks, for the audit trail
+    reason : why
+    """
+    gradebook.record(graded, actor=actor, reason=reason)
+    return gradebook.current(graded.run.student) or graded
+
+
+@dataclass(frozen=True)
+class Regraded:
+    """A student's marks before and after.
+
+    Attributes
+    ----------
+    before, after : as in the gradebook
+    problem : why they could not be marked again; "" where they could
+    unchanged : marks by persons, which stay, where the key gives other points: question, part, "points", and "by_key"
+    """
+
+    before: Graded
+    after: Graded
+    problem: str = ""
+    unchanged: tuple[dict[str, Any], ...] = ()
+
+
+def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
+    """Mark all students' stored answers by the key as it is now. If that fails for a student, their marks stay.
+
+    Parameters
+    ----------
+    gradebook : with the answers
+    course : the course, with its key
+    questions : numbers of the questions to mark again; all if there are none
+    jobs : submissions to mark at a time
+
+    Raises
+    ------
+    GradingError
+        If the gradebook has no answers, or the key does not have one of the questions.
+
+    Yields
+    ------
+    Regraded
+        Each student's marks before and after.
+    """
+    for number in questions:
+        try:
+            course.catalogue.find_marked(number)
+        except AnswerError as error:
+            raise GradingError(str(error)) from None
+        if number not in course.key:
+            raise GradingError(f"The key has no question {number}.")
+    with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as threads:
+        current = list(gradebook.all_current())
+        if not current:
+            raise GradingError("There is nothing in the gradebook to mark again.")
+        digest = marking_digest(course)
+        for regraded in threads.map(lambda graded: _marked_again(graded, marker, questions, digest), current):
+            yield regraded if regraded.problem else _store_regraded(gradebook, regraded, questions)
+
+
+def _marked_again(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
+    """Mark a student's stored answers anew, without storing anything. Parameters as for :func:`regrade`.
+
+    Only the marks of the chosen questions change; ``digest`` is that of the key as it is now.
+    """
+    run = graded.run
+    if run.answers is None and not run.words and not submission_of(run).documents:
+        return Regraded(graded, graded)  # nothing could be read of it, or it could not be run
+    try:
+        after = mark(run, marker, digest)
+    except CourseError as error:
+        return Regraded(graded, graded, str(error))
+    if questions:
+        new = {mark.where: mark for mark in after.marks if mark.question in questions}
+        marks = [new.pop(mark.where, mark) for mark in graded.marks]
+        # The other marks are still by the earlier key, so its digest stays: the next grading marks them again.
+        after = replace(graded, marks=(*marks, *new.values()))
+    return Regraded(graded, after)
+
+
+def _store_regraded(gradebook: Gradebook, regraded: Regraded, questions: Collection[str]) -> Regraded:
+    """Store the new marks. Return them as they count, with the marks by persons that stay."""
+    reason = f"marked again: {', '.join(questions) or 'all questions'}"
+    after = store(gradebook, regraded.after, "labcourse regrade", reason)
+    by_key = {mark.where: mark.points for mark in regraded.after.marks if mark.status not in UNDECIDED}
+    unchanged = tuple(
+        {"question": mark.question, "part": mark.part, "points": mark.points, "by_key": by_key[mark.where]}
+        for mark in after.marks
+        if mark.status == Status.BY_A_PERSON and by_key.get(mark.where, mark.points) != mark.points
+    )
+    return replace(regraded, after=after, unchanged=unchanged)

@@ -18,13 +18,13 @@ from labcourse.grading.accounts import Account, AssignmentGrade, account_of, rat
 from labcourse.grading.assignments import Handed, State, Work, exact, of_course
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, CommentRecord, Graded, Publication, StudentRecord
-from labcourse.grading.graded_run import facts_of, is_failed, key_faults
-from labcourse.grading.intake import OWNER, TIME_RECEIVED, Doubt
+from labcourse.grading.graded_run import is_failed, key_faults, submission_of
 from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.marks import Status
 from labcourse.grading.reports.changes import ChangedMark
 from labcourse.grading.reports.result import nothing_given
 from labcourse.grading.settings import Assignment
+from labcourse.grading.submission import OWNER, TIME_RECEIVED, Doubt
 from labcourse.problems import Code, Problem, Where, codes
 from labcourse.student_id import caseless
 
@@ -274,11 +274,11 @@ def causes(student: Student) -> dict[tuple[Mishap, Problem], list[Problem]]:
     found: dict[tuple[Mishap, Problem], list[Problem]] = {}
     if student.graded is not None:
         run = student.graded.run
-        for problem in dict.fromkeys((*facts_of(run).ended, *run.problems, *run.notes)):
+        for problem in dict.fromkeys((*submission_of(run).ended, *run.problems, *run.notes)):
             known = codes(problem)
             cause = next((one for one in CAUSES if known & {*one.codes}), None)
-            if cause is not None:
-                what = Problem.of(cause.todo, **({"problem": problem} if cause.in_full else {}))
+            if cause is not None and isinstance(problem, Problem):
+                what = Problem.of(cause.todo, problem=problem) if cause.in_full else Problem.of(cause.todo)
                 found.setdefault((cause, what), []).append(problem)
     return found
 

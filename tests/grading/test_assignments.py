@@ -5,14 +5,13 @@ from datetime import UTC, datetime, timedelta
 from fractions import Fraction
 
 import pytest
-from gradebooks import graded, mark
+from gradebooks import facts, graded, mark
 from made_courses import OURS
 
 from labcourse.errors import GradingError
 from labcourse.grading.accounts import account_of
 from labcourse.grading.assignments import Handed, State, find, of_course, works
 from labcourse.grading.gradebook import Arrival, Excuse, StudentRecord
-from labcourse.grading.graded_run import Facts
 from labcourse.grading.marks import Mark
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 from labcourse.problems import Code, Problem
@@ -46,7 +45,7 @@ def state(what, when=DUE + DAY, made=None, name=SECOND):
 RIGHT, MISSING = mark(), Mark("2.11", "omega_n", "missing", 0.0, 2.0, "")
 WAITS = Mark("2.11", "explanation", "for a person", 0.0, 1.0, "")
 FAULT = Mark("2.11", "omega_n", "not marked: key fault", 0.0, 2.0, "")
-UNTOUCHED = Facts(untouched=(SECOND,)).as_json()
+UNTOUCHED = facts(untouched=(SECOND,))
 FAILED = Problem.of(Code.GRADING_FAILED, error="OSError: the disk is full")
 
 

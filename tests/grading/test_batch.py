@@ -7,7 +7,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from fake_class import InlineMarker, perfect
+from fake_class import InlineMarker, left, perfect
 from gradebook_dump import dump
 
 from labcourse import clock
@@ -15,11 +15,10 @@ from labcourse.answers import json_values
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import batch
-from labcourse.grading.batch import Batch, Settings, _marked_again, regrade
-from labcourse.grading.graded_run import facts_of
-from labcourse.grading.intake import TIME_RECEIVED
-from labcourse.grading.running import runner
+from labcourse.grading.batch import Batch, Settings
+from labcourse.grading.graded_run import _marked_again, regrade, submission_of
 from labcourse.grading.settings import Assignment, Deadline, LateSettings, MarkSettings
+from labcourse.grading.submission import TIME_RECEIVED
 from labcourse.problems import Code, Problem, has
 
 
@@ -37,7 +36,7 @@ def test_without_isolation_everything_stops_and_what_was_graded_stays(fake_class
 
 def test_a_bench_that_answers_claim_to_come_from_is_reported_and_changes_no_mark(fake_class):
     fake_class.hand_in("ada", "bob")
-    fake_class.leaves["bob"] = runner.Run(perfect("bob", 7, omega_n=1.0, bench={"uri": "quanser:q2_usb/0"}))
+    fake_class.leaves["bob"] = left(perfect("bob", 7, omega_n=1.0, bench={"uri": "quanser:q2_usb/0"}))
     assert fake_class.grade(probe_seed=7) == {"ada": 2, "bob": 0}
     with fake_class.book() as book:
         (problem,) = book.current("bob").run.problems
@@ -52,7 +51,7 @@ def test_a_failed_run_replaces_a_mark_and_who_hands_in_the_earlier_version_again
     assert fake_class.grade() == {"ada": 2}
     fake_class.hand_in("ada", source="second")
     ended = (Problem.of(Code.RUN_TIMED_OUT, seconds=600),)
-    fake_class.leaves["ada"] = runner.Run(None, ended)
+    fake_class.leaves["ada"] = left(None, ended)
     assert fake_class.grade() == {"ada": 0}
     with fake_class.book() as book:
         assert book.current("ada").run.problems == ended
@@ -92,11 +91,11 @@ def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake
     course = replace(fake_class.course, settings=decided)
     with fake_class.book() as book:
         steps = list(Batch(fake_class.folder / "in", course, book, Settings()).grade())
-        assert [(step.ran, step.new) for step in steps] == [(False, False)] * 2
+        assert [(step.has_run, step.is_new) for step in steps] == [(False, False)] * 2
         assert len(fake_class.runs) == 2
         same_bench = replace(course, settings=replace(decided, bench=BenchPolicy("same", seed=7)))
         (step, _other) = Batch(fake_class.folder / "in", same_bench, book, Settings()).grade()
-        assert step.new  # the digest does look at the settings
+        assert step.is_new  # the digest does look at the settings
 
 
 @pytest.mark.parametrize(("has_deadline", "per_day", "asked"), [(True, 10, 1), (True, 0, 0), (False, 10, 0)])
@@ -184,10 +183,10 @@ def test_where_one_cannot_be_marked_again_their_marks_stay_and_the_others_are_ma
     fake_class.key(2.0)
     honest = InlineMarker.mark
 
-    def mark(self, asked):
-        if asked.student == "ada":
+    def mark(self, submission):
+        if submission.student == "ada":
             raise GradingError("The answers could not be marked (BrokenProcessPool).")
-        return honest(self, asked)
+        return honest(self, submission)
 
     monkeypatch.setattr(InlineMarker, "mark", mark)
     with fake_class.book() as book:
@@ -205,14 +204,14 @@ def test_what_ended_a_run_is_said_once_where_the_cell_is_known_and_else_of_the_r
     problem = Problem.of(Code.CELL_TIMED_OUT, seconds=60)
     error = {"type": "KeyboardInterrupt", "message": "", "line": 1}
     stopped = reports({"event": "started", "cell": "q1"}, {"event": "ended", "cell": "q1", "error": error})
-    fake_class.leaves |= {"ada": runner.Run(None, (problem,), stopped), "bob": runner.Run(None, (problem,))}
+    fake_class.leaves |= {"ada": left(None, (problem,), stopped), "bob": left(None, (problem,))}
     fake_class.grade()
     with fake_class.book() as book:
         (cell,) = book.current("ada").run.problems
         assert (cell.code, cell.parameters["cell"], cell.parameters["question"]) == (Code.CELL_STOPPED, "q1", "2.11")
         assert cell.parameters["why"] == Problem.of(Code.TOOK_TOO_LONG, seconds=60, line=1)
         assert book.current("bob").run.problems == (problem,)
-        assert facts_of(book.current("ada").run).ended == (problem,)
+        assert submission_of(book.current("ada").run).ended == (problem,)
 
 
 @pytest.mark.parametrize(
@@ -226,7 +225,7 @@ def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_cl
     fake_class.hand_in("ada")
     if there:
         (fake_class.folder / "in" / "ada" / name).write_text(there)
-    fake_class.leaves["ada"] = runner.Run(None)
+    fake_class.leaves["ada"] = left(None)
     fake_class.grade()
     with fake_class.book() as book:
         graded = book.current("ada")

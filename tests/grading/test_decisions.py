@@ -11,9 +11,10 @@ from labcourse.errors import GradingError
 from labcourse.grading.assignments import Handed, State, works
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecord
-from labcourse.grading.intake import Doubt, find, platforms
+from labcourse.grading.intake import find, platforms
 from labcourse.grading.marks import UNDECIDED, Status
 from labcourse.grading.reports import intake_table
+from labcourse.grading.submission import Doubt
 from labcourse.problems import Code, Problem, has
 from labcourse.sentences import sentence
 
@@ -143,13 +144,15 @@ def in_class(fake_class, *students):
 
 def ask_in_its_notebook(fake_class, monkeypatch):
     """Let the questions of the made-up key be those of the notebook that is handed in."""
-    made = Batch._waits
+    read = Batch._read
     names = [f"{fake_class.course.notebook_of(number)}.ipynb" for number in ("2.11", "0.1")]
 
-    def waits(batch, one):
-        return {name: students for students in made(batch, one).values() for name in names}
+    def read_and_ask(batch, submission):
+        read(batch, submission)
+        submission.waiting = {name: students for students in submission.waiting.values() for name in names}
+        submission.prepared_from = batch._prepared_from(submission)
 
-    monkeypatch.setattr(Batch, "_waits", waits)
+    monkeypatch.setattr(Batch, "_read", read_and_ask)
 
 
 @pytest.mark.parametrize(("decision", "bobs"), [("yes", "right"), ("no", None)])

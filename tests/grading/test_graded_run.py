@@ -12,16 +12,8 @@ from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
 from labcourse.grading import graded_run
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.graded_run import (
-    Facts,
-    facts_of,
-    is_failed,
-    key_faults,
-    marking_job,
-    supplied_parts,
-    words_as_json,
-)
-from labcourse.grading.marking.marking_processes import Marked
+from labcourse.grading.graded_run import facts_as_json, is_failed, key_faults, submission_of, words_as_json
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem
 from labcourse.sentences import sentence
 
@@ -37,48 +29,49 @@ REPORTS = CellReports(
 STOP = Problem.of(Code.RAISED, type="NameError", text="name 'x'", line=3)
 #: Each part of what is known of a run, with a value that it does not usually have.
 PARTS = {
-    "reports": REPORTS,
+    "cell_reports": REPORTS,
     "ended": (
         Problem.of(Code.CELL_TIMED_OUT, seconds=60),
         Problem.of(Code.RESULT_UNREAD, "answers.json", error="a link"),
     ),
-    "problems": (
+    "problems": [
         Problem.of(Code.CELL_STOPPED, cell="two", notebook="a.ipynb", building=["1", "2"], why=STOP),
         Problem.of(Code.SUBMISSION_UNREAD, "a.zip", why=[Problem.of(Code.ENCRYPTED), Problem.of(Code.GONE)]),
-    ),
-    "notes": (Problem.of(Code.NOT_HANDED_IN, "b.ipynb"), "a text of the course"),
-    "missing": [("1", "x", Problem.of(Code.CELL_STOPPED, why=STOP)), ("2", "y", Problem.of(Code.NO_TEXT))],
+    ],
+    "notes": [Problem.of(Code.NOT_HANDED_IN, "b.ipynb"), "a text of the course"],
+    "missing": {("1", "x"): Problem.of(Code.CELL_STOPPED, why=STOP), ("2", "y"): Problem.of(Code.NO_TEXT)},
     "asked": [("1", "x"), ("2", "y")],
     "bench_of": "bob",
     "policy": BenchPolicy("real", benches=("north",)),
-    "reports_in_pdf": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, True)},
+    "documents": {"First report": ReportFile("First report", "first_report.pdf", "0" * 64, 9000, True, True)},
     "untouched": ("02_speed",),
     "waits": [("1", "x")],
     "evidence": b'{"recordings": []}',
 }
 
 
-def run_of(facts, **more):
-    return replace(graded("ada").run, cells=facts.as_json(), **more)
+def run_of(submission, **more):
+    return replace(graded("ada").run, cells=facts_as_json(submission), **more)
 
 
 def test_all_parts_are_looked_at():
-    assert set(PARTS) == set(Facts.model_fields)
+    assert set(PARTS) == {*facts_as_json(Submission(student="ada"))[0]}
 
 
 @pytest.mark.parametrize("name", PARTS)
 def test_each_part_of_what_is_known_comes_back_as_it_was(name, tmp_path):
-    facts = Facts(**{name: PARTS[name]})
-    assert facts != Facts() and facts_of(run_of(facts)) == facts
+    run = run_of(Submission(student="ada", **{name: PARTS[name]}))
+    assert getattr(submission_of(run), name) == PARTS[name] != getattr(Submission(student="ada"), name)
     with Gradebook(tmp_path / "book.sqlite") as book:
-        record(book, replace(graded("ada"), run=run_of(facts)))
-        assert facts_of(book.current("ada").run) == facts
+        record(book, replace(graded("ada"), run=run))
+        assert submission_of(book.current("ada").run) == submission_of(run)
 
 
 def test_a_record_without_facts_has_its_messages():
     problems, notes = (Problem.of(Code.PYTHON_DIED),), (Problem.of(Code.NOT_HANDED_IN, "a.ipynb"),)
     run = replace(graded("ada").run, cells=(), problems=problems, notes=notes)
-    assert facts_of(run) == Facts(problems=problems, notes=notes, bench_of="ada")
+    found = submission_of(run)
+    assert (found.problems, found.notes, found.bench_of) == ([*problems], [*notes], "ada")
 
 
 @pytest.mark.parametrize(("bench_of", "student"), [("", "ada"), ("bob", "bob")])
@@ -88,20 +81,23 @@ def test_marking_is_given_whose_bench_it_was_and_all_that_was_recorded(bench_of,
         ("1", "how"): TextAnswer("Thus."),
         ("2", "why"): TextAnswer("No."),
     }
-    facts = Facts(**PARTS | {"bench_of": bench_of})
-    run = run_of(facts, answers=b"{}", words=words_as_json(words), supplied={"1.x": 3, "2.11.omega_n": 4}, probe_seed=5)
-    asked = marking_job(run)
-    assert (asked.student, asked.answers, asked.probe_seed, asked.words) == (student, b"{}", 5, words)
-    assert asked.context.missing == {(question, part): why for question, part, why in PARTS["missing"]}
-    assert (asked.context.asked_parts, asked.policy) == (facts.asked, facts.policy)
-    assert asked.evidence == facts.evidence
-    assert asked.context.supplied == supplied_parts(run) == {("1", "x"), ("2.11", "omega_n")}
+    submission = Submission(student="ada", **PARTS | {"bench_of": bench_of})
+    supplied = {"1.x": 3, "2.11.omega_n": 4}
+    run = run_of(submission, answers=b"{}", words=words_as_json(words), supplied=supplied, probe_seed=5)
+    marked = submission_of(run)
+    assert (marked.bench_of, marked.answers, marked.probe_seed, marked.words) == (student, b"{}", 5, words)
+    assert marked.supplied_parts == {("1", "x"), ("2.11", "omega_n")}
 
 
 def test_what_marking_says_is_put_behind_what_was_known_once_and_replaces_what_an_earlier_key_said():
     p, q, r, n, m, old = (Problem.of(Code.SAID_BY_COURSE, text=text) for text in ("p", "q", "r", "n", "m", "old"))
-    run = run_of(Facts(problems=(p, q), notes=(n,)), problems=(p, q, old), notes=(n, old))
-    marker = SimpleNamespace(mark=lambda job: Marked((), (q, r, r), (n, m)))
+    run = run_of(Submission(student="ada", problems=[p, q], notes=[n]), problems=(p, q, old), notes=(n, old))
+
+    def mark_it(submission):
+        submission.problems += [q, r, r]
+        submission.notes += [n, m]
+
+    marker = SimpleNamespace(mark=mark_it)
     found = graded_run.mark(run, marker, "").run
     assert (found.problems, found.notes) == ((p, q, r), (n, m))
 

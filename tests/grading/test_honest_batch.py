@@ -6,19 +6,19 @@ import os
 from functools import partial
 
 import pytest
-from fake_class import perfect
+from fake_class import left, perfect
 from made_courses import loaded
 from packings import NOTEBOOKS, WANTED, lay, work
 
 from labcourse.grading import batch, intake, overview, platforms
-from labcourse.grading.batch import regrade
 from labcourse.grading.gradebook import Gradebook, StudentRecord
-from labcourse.grading.graded_run import is_failed, key_faults
+from labcourse.grading.graded_run import is_failed, key_faults, regrade
 from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import changes_since
 from labcourse.grading.reports.grades import Reports
 from labcourse.grading.reports.result import Result
-from labcourse.grading.running import runner, supplied
+from labcourse.grading.running import supplied
+from labcourse.grading.submission import PARTNER, Doubt
 from labcourse.problems import Code, Problem, has
 
 FAULTY = """
@@ -165,7 +165,7 @@ def test_what_was_recorded_at_home_and_is_missing_is_trouble_with_its_reason(fak
     fake_class.hand_in("ada")
     (fake_class.folder / "in" / "ada" / "answers.json").write_text(claim("ada", omega_n=cell))
     refused = {"event": "refused", "notebook": "a.ipynb", "question": "2.11", "part": "omega_n", "why": why}
-    fake_class.leaves["ada"] = runner.Run(None, reports=b"" if why is None else json.dumps(refused).encode())
+    fake_class.leaves["ada"] = left(None, reports=b"" if why is None else json.dumps(refused).encode())
     fake_class.grade()
     with fake_class.book() as book:
         said = Problem.of(Code.RECORDED_AT_HOME, parts=["2.11 omega_n"], why=lost)
@@ -179,7 +179,7 @@ def test_a_cell_took_too_long_only_if_the_runner_stopped_one(fake_class, ended):
     interrupt = {"type": "KeyboardInterrupt", "message": "", "line": 1}
     line = {"event": "ended", "notebook": "a.ipynb", "cell": "q1", "error": interrupt}
     fake_class.hand_in("ada", source="raise KeyboardInterrupt")
-    fake_class.leaves["ada"] = runner.Run(None, ended, json.dumps(line).encode())
+    fake_class.leaves["ada"] = left(None, ended, json.dumps(line).encode())
     fake_class.grade()
     with fake_class.book() as book:
         reason = marks(book, "ada")["2.11 omega_n"].reason
@@ -207,7 +207,7 @@ def stopped(*cells):
 
 def test_what_stopped_is_told_and_stays_told_when_marked_again(fake_class):
     fake_class.hand_in("ada", source="omega_n = omgea")
-    fake_class.leaves["ada"] = runner.Run(None, reports=stopped())
+    fake_class.leaves["ada"] = left(None, reports=stopped())
     fake_class.grade()
     with fake_class.book() as book:
         (why,) = book.current("ada").run.problems
@@ -240,7 +240,7 @@ SAID_BY_CODE = [
 def test_what_a_students_code_raises_is_not_taken_for_what_we_say(fake_class, error, text):
     ended = {"event": "ended", "cell": "q1", "error": {"type": error, "message": text, "line": 1}}
     fake_class.hand_in("ada")
-    fake_class.leaves["ada"] = runner.Run(None, reports=json.dumps({"notebook": "a.ipynb", **ended}).encode())
+    fake_class.leaves["ada"] = left(None, reports=json.dumps({"notebook": "a.ipynb", **ended}).encode())
     fake_class.grade()
     with fake_class.book() as book:
         found = overview.class_overview(book, fake_class.course)
@@ -261,7 +261,7 @@ def test_what_a_students_code_raises_is_not_taken_for_what_we_say(fake_class, er
 def test_what_a_cell_lacks_is_told_by_a_code_of_its_own(fake_class, error, text, why):
     ended = {"event": "ended", "cell": "q1", "error": {"type": error, "message": text, "line": 1}}
     fake_class.hand_in("ada")
-    fake_class.leaves["ada"] = runner.Run(None, reports=json.dumps({"notebook": "a.ipynb", **ended}).encode())
+    fake_class.leaves["ada"] = left(None, reports=json.dumps({"notebook": "a.ipynb", **ended}).encode())
     fake_class.grade()
     with fake_class.book() as book:
         found = marks(book, "ada")["2.11 omega_n"].reason.parameters["why"]
@@ -274,7 +274,7 @@ def test_a_cell_for_a_newer_python_is_told_as_that(fake_class):
     about = {"metadata": {"language_info": {"version": "3.99.1"}}}
     notebook.write_text(json.dumps({**json.loads(notebook.read_text()), **about}))
     line = {"event": "ended", "cell": "q1", "error": {"type": "SyntaxError", "message": "f-string", "line": 1}}
-    fake_class.leaves["ada"] = runner.Run(None, reports=json.dumps({"notebook": "a.ipynb", **line}).encode())
+    fake_class.leaves["ada"] = left(None, reports=json.dumps({"notebook": "a.ipynb", **line}).encode())
     fake_class.grade()
     with fake_class.book() as book:
         (problem,) = book.current("ada").run.problems
@@ -289,9 +289,9 @@ def supply(fake_class, text):
 
 def test_a_supplied_value_is_run_earns_nothing_and_stays_until_it_is_taken_back(fake_class):
     fake_class.hand_in("ada", "bob", source="omega_n = omgea")
-    fake_class.leaves["ada"] = runner.Run(None, reports=stopped())
+    fake_class.leaves["ada"] = left(None, reports=stopped())
     fake_class.grade()
-    fake_class.leaves["ada"] = runner.Run(perfect("ada", 7), reports=stopped())
+    fake_class.leaves["ada"] = left(perfect("ada", 7), reports=stopped())
     for again in range(2):
         fake_class.grade(probe_seed=7, supplied=() if again else supply(fake_class, "Ada:2.11.omega_n=19.5"))
         with fake_class.book() as book:
@@ -344,7 +344,7 @@ def stage(tmp_path):
             for path in (folder / name).iterdir():
                 os.utime(path, (FUTURE, FUTURE) if name == "mallory" else None)
         with Gradebook(tmp_path / "book.sqlite") as book:
-            decisions = {intake.Doubt("bob", intake.PARTNER, "", (), "ada").key: decided}
+            decisions = {Doubt("bob", PARTNER, "", (), "ada").key: decided}
             before = partial(batch.students_named_before, book)
             found = intake.find(folder, earlier=before, decisions=decisions).submissions
             return {one.student: _answer(stored) for one in found if (stored := _stored(book, one))}
@@ -358,9 +358,9 @@ MASTERS = {
 
 
 def _stored(book, submission):
-    read = intake.read(submission, WANTED)
-    batch.store_submission(book, submission, read)
-    return batch.delivered(book, submission, read, MASTERS)
+    intake.read(submission, WANTED)
+    batch.store_submission(book, submission)
+    return batch.delivered(book, submission, MASTERS)
 
 
 def _answer(delivered):

@@ -13,7 +13,7 @@ import pytest
 from accessible import findings
 from checkout import ROOT
 from day_class import FIRST, HANDED_IN, NOW, SECOND, deliver, fill, graded, notebook, score, term
-from gradebooks import enrol, mark, prose, record, report_text
+from gradebooks import enrol, facts, mark, prose, record, report_text
 from made_courses import OURS
 from page_text import page_text
 from set_clock import set_clock
@@ -21,8 +21,6 @@ from set_clock import set_clock
 from labcourse import clock
 from labcourse.grading import overview, todo
 from labcourse.grading.gradebook import Delivery, Gradebook
-from labcourse.grading.graded_run import Facts
-from labcourse.grading.intake import Doubt
 from labcourse.grading.marks import Mark
 from labcourse.grading.reports import changes, intake_table
 from labcourse.grading.reports.grades import Reports
@@ -34,6 +32,7 @@ from labcourse.grading.settings import (
     LateSettings,
     MarkSettings,
 )
+from labcourse.grading.submission import Doubt
 from labcourse.problems import Code, Problem, codes, has
 from labcourse.sentences import sentence, sentences
 
@@ -193,7 +192,7 @@ def test_each_cause_is_to_do_with_what_it_cost_and_said_in_full(book, field, pro
     deliver(book, "ada", {IN_02: notebook("a = 1")})
     given = {"problems": (RAISED,), "notes": ()}
     if field == "ended":
-        given["cells"] = Facts(ended=(problem,)).as_json()
+        given["cells"] = facts(ended=(problem,))
     else:
         given[field] += (problem,)
     record(book, graded("ada", replace(MISSING, reason=reason), **given))
@@ -207,7 +206,10 @@ def test_each_cause_is_to_do_with_what_it_cost_and_said_in_full(book, field, pro
 
 def test_what_stopped_and_cost_nothing_is_not_to_do(book):
     deliver(book, "ada", {IN_02: notebook("a = 1")})
-    record(book, graded("ada", mark(), cells=Facts(ended=(Problem.of(Code.PYTHON_DIED),)).as_json()))
+    record(
+        book,
+        graded("ada", mark(), cells=facts(ended=(Problem.of(Code.PYTHON_DIED),))),
+    )
     assert not OF_CAUSES & {what.code for what in tasks(book)}
 
 
@@ -387,7 +389,7 @@ def test_the_newest_version_says_when_and_a_partner_has_what_was_handed_in_for_b
     deliver(book, "ada", {IN_02: notebook("a = 1")})
     deliver(book, "ada", {IN_02: notebook("a = 2")}, HANDED_IN + timedelta(days=1))
     for student in ("ada", "bob"):
-        record(book, graded(student, cells=Facts(bench_of="ada").as_json()))
+        record(book, graded(student, cells=facts(bench_of="ada")))
     there = {one.id: one for one in overview.class_overview(book, OURS)["students"]}
     assert [list(there[who].received) for who in ("ada", "bob")] == [[IN_02]] * 2
     assert there["ada"].last == "2026-03-03 12:00 UTC" and "has no roster" in text(book)
@@ -472,7 +474,7 @@ def test_whose_cells_stopped_is_listed_with_what_builds_on_them(book):
 def test_the_same_work_is_a_hint_with_its_evidence(book, tmp_path):
     for student in ("ada", "bob"):
         deliver(book, student, {"own.py": b"x = 1"})
-        record(book, graded(student, cells=Facts(bench_of=student).as_json()))
+        record(book, graded(student, cells=facts(bench_of=student)))
     Reports(tmp_path, OURS, book).write_all()
     shown = overview.as_text(overview.class_overview(book, OURS, tmp_path))
     assert "ada, bob ada, bob handed in the same 1 file: own.py." in " ".join(shown.split())

@@ -9,14 +9,13 @@ from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
 import pytest
-from gradebooks import enrol, graded, record, rows
+from gradebooks import enrol, facts, graded, record, rows
 from made_courses import OURS, copied
 from typer.testing import CliRunner
 
 from labcourse.grading.accounts import account_of, in_full
 from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, StudentRecord
-from labcourse.grading.graded_run import Facts
 from labcourse.grading.marks import Mark
 from labcourse.grading.settings import read
 from rotflex import cli
@@ -223,9 +222,8 @@ def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_
 
 
 def test_a_partner_who_is_there_by_anothers_word_has_the_others_times(tmp_path):
-    facts = Facts(bench_of="ada")
     with Gradebook(tmp_path / "book.sqlite") as book:
-        record(book, graded("ben", Mark("2.1", "V", "right", 2.0, 2.0, ""), cells=facts.as_json()))
+        record(book, graded("ben", Mark("2.1", "V", "right", 2.0, 2.0, ""), cells=facts(bench_of="ada")))
         book.deliver("ada", [Delivery(f"{PRELAB}.ipynb", "d", b"{}", datetime(2026, 11, 22, tzinfo=UTC))])
     late = "[[deadline]]\ndue = 2026-11-20T00:00:00Z\n[late]\nper_day = 10\n"
     found, _said = reported(tmp_path, tmp_path / "book.sqlite", late)

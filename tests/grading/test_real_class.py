@@ -16,6 +16,7 @@ from page_text import page_text
 
 from labcourse.grading.release import student_course
 from labcourse.run.check import CheckState, check
+from labcourse.sentences import sentence
 from rotflex.course.spare_design import SPARE_GAIN
 from rotflex.recording import Recording
 
@@ -185,7 +186,6 @@ def test_at_home_recordings_stand_in_for_the_bench_and_what_was_not_recorded_say
     lacking = {where: part for where, part in parts.items() if part.state in (CheckState.MISSING, CheckState.DIFFERENT)}
     assert {question for question, _part in lacking} == {"3.15", "3.16"}
     assert all(part.state is CheckState.MISSING for part in lacking.values())
-    assert (
-        "This experiment has no recording of your bench: tracking, feedback = partial"
-        in lacking["3.15", "response"].why
+    assert "This experiment has no recording of your bench: tracking, feedback = partial" in sentence(
+        lacking["3.15", "response"].why
     )

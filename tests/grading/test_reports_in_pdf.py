@@ -13,8 +13,8 @@ from scoring_class import LEVELS, clients
 
 from labcourse.answers import report_files
 from labcourse.grading import intake
-from labcourse.grading.batch import _marked_again
 from labcourse.grading.gradebook import StudentRecord
+from labcourse.grading.graded_run import _marked_again
 from labcourse.grading.reports.feedback import page
 from labcourse.grading.reports.result import Result
 from labcourse.grading.scoring import cards, server
@@ -72,9 +72,9 @@ def hand_in(folder, files):
 def test_whatever_its_name_became_it_is_the_report_and_no_file_of_ones_own(tmp_path, name):
     hand_in(tmp_path, {f"work/{name}": blank(), "work/data sheet.pdf": blank(2)})
     found = taken(tmp_path)
-    assert found.problems() == [] and bool(found.notes) == (name != NAME)
-    read, _notes = intake.newest(found.items, ["a.ipynb"], reports=[NAME])
-    assert (read.reports, read.files) == ({NAME: blank()}, {"data sheet.pdf": blank(2)})
+    assert intake.unread_problems(found) == [] and bool(found.notes) == (name != NAME)
+    intake.choose_newest(found, found.items, ["a.ipynb"], reports=[NAME])
+    assert (found.pdfs, found.files) == ({NAME: blank()}, {"data sheet.pdf": blank(2)})
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_what_is_no_pdf_or_too_large_is_told_and_kept_nowhere(tmp_path, data, wh
     hand_in(tmp_path, {f"work/{NAME}": data})
     found = taken(tmp_path)
     assert [item.name for item in found.items] == ["a.ipynb"]
-    (problem,) = found.problems()
+    (problem,) = intake.unread_problems(found)
     assert (problem.code, problem.where, problem.parameters["why"]) == (Code.REPORT_UNREAD, NAME, why)
 
 
@@ -96,10 +96,10 @@ def test_a_report_that_could_not_be_read_is_no_problem_once_it_was_handed_in_aga
     hand_in(tmp_path, {f"work/{NAME}": b"no PDF"})
     (tmp_path / "ada.zip").rename(tmp_path / "ada (1).zip")
     hand_in(tmp_path, {f"work/{NAME}": b"no PDF"})
-    assert codes(taken(tmp_path).problems()) == [(Code.REPORT_UNREAD, NAME)]
+    assert codes(intake.unread_problems(taken(tmp_path))) == [(Code.REPORT_UNREAD, NAME)]
     hand_in(tmp_path, {f"work/{NAME}": blank()})
     (tmp_path / "ada.zip").rename(tmp_path / "ada (2).zip")
-    assert taken(tmp_path).problems() == []
+    assert intake.unread_problems(taken(tmp_path)) == []
 
 
 def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
@@ -108,7 +108,7 @@ def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
         bomb.writestr(f"work/{NAME}", b"%PDF-1.7" + bytes(40_000_000))
     found = taken(tmp_path)
     assert [item.name for item in found.items] == ["a.ipynb"]
-    assert codes(found.problems()) == [(Code.REPORT_UNREAD, NAME)]
+    assert codes(intake.unread_problems(found)) == [(Code.REPORT_UNREAD, NAME)]
 
 
 @pytest.mark.parametrize(("data", "is_said"), [(blank(), False), (blank(password="x"), True), (blank(owner="x"), True)])

@@ -1,6 +1,7 @@
 """The identity of a run: a change in anything that it depends on makes another run; other changes do not."""
 
 import os
+from copy import copy
 from dataclasses import fields, replace
 from datetime import UTC, datetime, timedelta, timezone
 
@@ -11,9 +12,10 @@ from labcourse.answers.words import TextAnswer
 from labcourse.grading import batch as batches
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.running import runner
-from labcourse.grading.running.prepared import Prepared
+from labcourse.grading.running.prepared import submission_digest
 from labcourse.grading.running.supplied import Supplied
 from labcourse.grading.settings import Assignment
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem
 
 #: Settings that a run does not depend on, each with another value than the default.
@@ -83,7 +85,9 @@ def prepared(monkeypatch):
     """What is prepared from now on."""
     hand_ins, once = [], batches.prepare
     monkeypatch.setattr(
-        batches, "prepare", lambda hand_in, *more, **how: hand_ins.append(hand_in) or once(hand_in, *more, **how)
+        batches,
+        "prepare",
+        lambda submission, *more, **how: hand_ins.append(submission) or once(submission, *more, **how),
     )
     return hand_ins
 
@@ -118,8 +122,21 @@ def taken(fake_class):
     (fake_class.folder / "in" / "ada" / "data.csv").write_bytes(b"1,2\n")
     with fake_class.book() as book:
         batch = Batch(fake_class.folder / "in", fake_class.course, book)
-        (submission,) = batch._submissions
-        yield batch, batch._prepare(submission, batch._read(submission))
+        (submission,) = batch._waiting
+        batch._read(submission)
+        batch._prepare(submission)
+        yield batch, submission
+
+
+def changed(submission, **values):
+    other = copy(submission)
+    vars(other).update(values)
+    return other
+
+
+def identified(batch, submission):
+    batch._identify(submission)
+    return submission
 
 
 def other_cells(one, changes):
@@ -128,70 +145,76 @@ def other_cells(one, changes):
         name: {**notebook, "cells": [cell | changes for cell in notebook["cells"]]}
         for name, notebook in one.merged.notebooks.items()
     }
-    return replace(one, merged=replace(one.merged, notebooks=notebooks))
+    return changed(one, merged=replace(one.merged, notebooks=notebooks))
 
 
 def elsewhere(one):
     (notebook,) = one.merged.notebooks.values()
-    return replace(one, merged=replace(one.merged, notebooks={"b.ipynb": notebook}))
+    return changed(one, merged=replace(one.merged, notebooks={"b.ipynb": notebook}))
 
 
 #: What is run, changed in one thing.
 RUN = {
-    "the bench": lambda one: replace(one, bench_of="bob"),
+    "the bench": lambda one: changed(one, bench_of="bob"),
     "a cell's source": lambda one: other_cells(one, {"source": "1"}),
     "a cell's id": lambda one: other_cells(one, {"id": "x"}),
     "a notebook's name": elsewhere,
-    "a file's name": lambda one: replace(one, files={"data.txt": b"1,2\n"}),
-    "a file's content": lambda one: replace(one, files={"data.csv": b"1,3\n"}),
-    "the bundle": lambda one: replace(one, bundle=replace(one.bundle, digest="1" * 64)),
+    "a file's name": lambda one: changed(one, files={"data.txt": b"1,2\n"}),
+    "a file's content": lambda one: changed(one, files={"data.csv": b"1,3\n"}),
+    "the bundle": lambda one: changed(one, bundle=replace(one.bundle, digest="1" * 64)),
 }
 
 
 @pytest.mark.parametrize("change", RUN.values(), ids=RUN)
 def test_another_content_is_another_run(taken, change):
     batch, one = taken
-    key = batch._identify("ada", one).key
-    assert batch._identify("ada", one).key == key
-    assert batch._identify("ada", change(one)).key != key
-    assert batch._identify("bob", one).key != key  # on the same bench
+    key = identified(batch, one).key
+    assert identified(batch, one).key == key
+    assert identified(batch, change(one)).key != key
+    assert identified(batch, changed(one, student="bob")).key != key  # on the same bench
 
 
 WORDS = TextAnswer("A pole lies on the axis.")
-#: Fields of what was prepared that are not run but marked or shown → another value.
+#: Of a submission, what is not run but marked or shown → another value.
 NOT_RUN = {
     "words": {("2.11", "explanation"): WORDS},
     "claim": {"2.11": {"omega_n": "q1"}},
-    "handed_in": (),
-    "reports": {"modeling_report.pdf": b"%PDF-1.7"},
-    "problems": (Problem.of(Code.CELL_TOO_LONG, "a.ipynb", cell=3, why=Problem.of(Code.GONE)),),
-    "notes": (Problem.of(Code.NOT_HANDED_IN, "a.ipynb"),),
-    "waits": {"a.ipynb": ["bob"]},
+    "notebooks": {},
+    "pdfs": {"modeling_report.pdf": b"%PDF-1.7"},
+    "problems": [Problem.of(Code.CELL_TOO_LONG, "a.ipynb", cell=3, why=Problem.of(Code.GONE))],
+    "notes": [Problem.of(Code.NOT_HANDED_IN, "a.ipynb")],
+    "waiting": {"a.ipynb": ["bob"]},
+}
+#: What is neither: what the run is prepared from, what counts of it elsewhere, and what later steps fill.
+OTHERWISE_THERE = {
+    *("pieces", "partners", "claimed_by", "unconfirmed", "items", "names", "has_notebooks", "faults", "unread"),
+    *("unreadable", "doubts", "answers_at_home", "course", "supplied", "python", "untouched", "prepared_from"),
+    *("key", "digest", "probe_seed", "answers", "cell_reports", "evidence", "ended", "missing", "asked", "policy"),
+    *("documents", "waits", "marks", "before", "graded", "is_new", "has_run"),
 }
 
 
-def test_every_field_of_what_was_prepared_is_tested():
-    run = {"merged", "files", "bundle", "bench_of"}
-    shown = {"supplied", "python", "untouched", "prepared_from"}  # in cells that run, a reason, a note, and stored
-    assert {one.name for one in fields(Prepared)} == {*run, *shown, *NOT_RUN}
+def test_every_field_of_a_submission_is_tested():
+    run = {"student", "merged", "files", "bundle", "bench_of"}
+    assert {one.name for one in fields(Submission)} == {*run, *NOT_RUN, *OTHERWISE_THERE}
 
 
 @pytest.mark.parametrize(("name", "value"), NOT_RUN.items(), ids=NOT_RUN)
 def test_what_is_only_marked_or_shown_is_the_same_run_and_another_submission(taken, name, value):
     batch, one = taken
-    before = batch._identify("ada", one)
-    after = batch._identify("ada", replace(one, **{name: value}))
+    before = identified(batch, one)
+    after = identified(batch, changed(one, **{name: value}))
     assert after.key == before.key and after.probe_seed == before.probe_seed
-    assert after.submission != before.submission
+    assert after.digest != before.digest
 
 
 def test_words_differ_by_their_text_and_their_pictures(taken):
     _batch, one = taken
     pictured = [replace(WORDS, pictures={name: data}) for name, data in (("a", b"1"), ("a", b"2"), ("b", b"1"))]
     written = [WORDS, replace(WORDS, text="A pole lies left of the axis."), *pictured]
-    submissions = {replace(one, words={("2.11", "explanation"): words}).digest() for words in written}
+    submissions = {submission_digest(changed(one, words={("2.11", "explanation"): words}), []) for words in written}
     claims = [{"2.11": {"omega_n": cell}} for cell in ("q1", "q2")]
-    claimed = {replace(one, claim=claim).digest() for claim in claims}
+    claimed = {submission_digest(changed(one, claim=claim), []) for claim in claims}
     assert (len(submissions), len(claimed)) == (5, 2)
 
 
@@ -221,7 +244,7 @@ def test_each_step_says_whether_it_was_run_and_whether_its_marks_are_new(fake_cl
     def steps():
         with fake_class.book() as book:
             done = Batch(fake_class.folder / "in", fake_class.course, book).grade()
-            return {one.graded.run.student: (one.ran, one.new) for one in done}
+            return {one.graded.run.student: (one.has_run, one.is_new) for one in done}
 
     assert steps() == {"ada": (True, True), "bob": (True, True)}
     assert steps() == {"ada": (False, False), "bob": (True, True)}
@@ -240,11 +263,10 @@ def test_several_that_cannot_be_taken_in_do_not_end_a_batch(fake_class, monkeypa
     place = batch.intake if where == "read" else batch
     honest = getattr(place, where)
 
-    def failing(*given, **more):
-        student = given[0].student if where == "read" else given[3]
-        if student in ("ada", "bob"):
-            raise MemoryError(f"no room for {student}")
-        return honest(*given, **more)
+    def failing(submission, *given, **more):
+        if submission.student in ("ada", "bob"):
+            raise MemoryError(f"no room for {submission.student}")
+        return honest(submission, *given, **more)
 
     monkeypatch.setattr(place, where, failing)
     assert fake_class.grade() == {"ada": 0, "bob": 0, "cleo": 2}

@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import gradebooks
-from gradebooks import enrol, mark, prose, record, report_text
+from gradebooks import enrol, facts, mark, prose, record, report_text
 from made_courses import OURS
 
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Delivery, Gradebook, Graded
-from labcourse.grading.graded_run import Facts
 from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.marks import Mark
 from labcourse.grading.settings import Assignment
@@ -68,7 +67,7 @@ def fill(book: Gradebook, folder: Path) -> None:
         deliver(book, student, dict.fromkeys(both, notebook(f"{student} = 1")))
     deliver(book, "fay", {both[0]: notebook("fay = 2")})
     deliver(book, "hal", {both[0]: notebook("hal = 3")})
-    stopped = Facts(ended=(Problem.of(Code.RUN_TIMED_OUT, seconds=600),))
+    ended = (Problem.of(Code.RUN_TIMED_OUT, seconds=600),)
     fault = Problem.of(Code.KEY_FAILED, question="2.12", part="K_s", error="KeyError, key.py, line 5.")
     record(
         book,
@@ -82,8 +81,8 @@ def fill(book: Gradebook, folder: Path) -> None:
             stiffness("not marked: key fault", 0.0, "ask"),
             prose("missing", given=""),
             report_text("missing", given=""),
-            cells=stopped.as_json(),
-            problems=(*stopped.ended, fault, Problem.of(Code.SAID_BY_COURSE, text="Odd: <i>")),
+            cells=facts(ended=ended),
+            problems=(*ended, fault, Problem.of(Code.SAID_BY_COURSE, text="Odd: <i>")),
             supplied={"2.9.sweep": 1},
         ),
         graded("fay", mark(), stiffness(), prose(), report_text()),

@@ -4,12 +4,13 @@ import json
 
 from made_courses import loaded
 
+from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.benches import THEIR_OWN
-from labcourse.grading import batch
+from labcourse.files import ANSWERS_FILE
+from labcourse.grading import batch, graded_run
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.marking import marking_processes as marker
-from labcourse.grading.running import runner
 from labcourse.grading.running.bundle import Bundle, Chosen
 from solutions.true_bench import TrueBench
 
@@ -24,6 +25,12 @@ KEY = {{
     "0.1": {{"resolution": Number("the resolution", lambda bench: 0.0015, rtol=0.1)}},
 }}
 """
+
+
+def left(answers=None, problems=(), reports=b""):
+    """Return what a run leaves: its files, and what went wrong."""
+    files = {REPORTS_FILE: reports} | ({} if answers is None else {ANSWERS_FILE: answers})
+    return files, tuple(problems)
 
 
 class InlineMarker:
@@ -41,9 +48,11 @@ class InlineMarker:
     def warm_up(self):
         pass
 
-    def mark(self, asked):
+    def mark(self, submission):
         marker._courses[:] = [self.course]
-        return marker._mark_answers(asked)
+        submission.marks, problems, notes = marker._mark_answers(submission)
+        submission.problems += problems
+        submission.notes += notes
 
 
 class OneBundle:
@@ -56,7 +65,7 @@ class OneBundle:
     def digest(self):
         return self.current.digest
 
-    def choose(self, hand_in):
+    def choose(self, notebooks, course_json):
         return Chosen(self.current)
 
 
@@ -74,7 +83,7 @@ class FakeClass:
     Attributes
     ----------
     runs : students that were run, in order
-    leaves : what a run leaves: student → a Run or an exception; a perfect run without
+    leaves : what a run leaves: student → files and problems, or an exception; a perfect run without
     """
 
     def __init__(self, folder, monkeypatch):
@@ -83,7 +92,8 @@ class FakeClass:
         self.made = Bundle(b"", {"a.ipynb": {"cells": CELLS}}, {}, (), "0" * 64, self.course.catalogue)
         monkeypatch.setattr(batch, "Bundles", lambda course: OneBundle(self.made))
         monkeypatch.setattr(batch.runner, "run", self.work)
-        monkeypatch.setattr(batch, "Marker", InlineMarker)
+        for grading in (batch, graded_run):
+            monkeypatch.setattr(grading, "Marker", InlineMarker)
 
     def key(self, factor):
         self.terms = getattr(self, "terms", 0) + 1  # a course is loaded once in a program
@@ -98,11 +108,11 @@ class FakeClass:
     def work(self, packed, job, cancelled=None):
         self.runs.append(job.student)
         self.seeds[job.student] = job.probe_seed
-        left = self.leaves.get(job.student) or runner.Run(perfect(job.student, job.probe_seed))
-        if isinstance(left, Exception):
-            raise left
+        came = self.leaves.get(job.student) or left(perfect(job.student, job.probe_seed))
+        if isinstance(came, Exception):
+            raise came
         self.asked[job.student] = job
-        return left
+        return came
 
     def grade(self, book="book.sqlite", **settings):
         """Grade; each student's points."""

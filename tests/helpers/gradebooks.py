@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from labcourse.grading.gradebook import Gradebook, Graded, RunRecord, StudentRecord
+from labcourse.grading.graded_run import facts_as_json
 from labcourse.grading.marks import Mark
 from labcourse.grading.reports.result import Result
+from labcourse.grading.submission import Submission
 from labcourse.problems import Reason
 
 
@@ -26,6 +28,11 @@ def prose(status: str = "for a person", points: float = 0.0, given: str = "Becau
 def report_text(status: str = "for a person", points: float = 0.0, given: str = "It was fine.") -> Mark:
     """The mark for a question that is words alone, of two points."""
     return Mark("2.16", "comparison", status, points, 2.0, "A person will read this.", given)
+
+
+def facts(student: str = "ada", **about: Any) -> tuple[dict[str, Any], ...]:
+    """What a run's record stores of a submission."""
+    return facts_as_json(Submission(student=student, **about))
 
 
 def graded(student: str, *marks: Mark, submission: str = "first", key: str = "key 1", **run: Any) -> Graded:

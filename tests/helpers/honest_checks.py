@@ -10,7 +10,7 @@ from pathlib import Path
 from made_courses import OURS
 
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.graded_run import facts_of, recorded_in
+from labcourse.grading.graded_run import recorded_in, submission_of
 from labcourse.grading.release import student_course
 from labcourse.problems import Code, Problem
 from labcourse.sentences import sentences
@@ -81,6 +81,6 @@ def when_graded(book: Gradebook, student: str) -> Seen:
     assert graded is not None
     run = graded.run
     words = {(question, part) for question, parts in run.words.items() for part in parts}
-    stopped = [one for one in facts_of(run).problems if isinstance(one, Problem) and one.code is Code.CELL_STOPPED]
+    stopped = [one for one in submission_of(run).problems if isinstance(one, Problem) and one.code is Code.CELL_STOPPED]
     stops = {line.replace(THERE, HERE) for line in sentences(stopped)}
     return Seen(frozenset(recorded_in(run.answers) | words), frozenset(stops))

@@ -17,6 +17,7 @@ import rotflex.course.lab
 from labcourse.answers import forms
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
+from labcourse.grading.submission import Submission
 from labcourse.sentences import sentence
 from rotflex.hil.student_benches import student_seed
 from solutions.true_bench import TrueBench
@@ -50,7 +51,12 @@ def alone(slip: Slip) -> tuple[float, str]:
     changed = slip.change(given[question][name], given)
     claims.contents[slip.where] = forms.encode(part, changed, seed).content
     claims.values[slip.where] = forms.decode(part, claims.contents[slip.where])
-    marks = mark(replace(OURS, key={question: OURS.key[question]}), claims, _bench(), seed)
+    marks = mark(
+        replace(OURS, key={question: OURS.key[question]}),
+        claims,
+        _bench(),
+        Submission(student=STUDENT, probe_seed=seed),
+    )
     (one,) = [one for one in marks if one.part == name]
     return 1 - one.points / one.out_of, sentence(one.reason)
 
@@ -76,8 +82,9 @@ def answers_with(slip: Slip | None, given: dict[str, dict[str, Any]] | None = No
 def lost_by(data: bytes) -> Lost:
     """What a file of answers loses, of the parts that are marked automatically."""
     seed = student_seed(STUDENT)
+    submission = Submission(student=STUDENT, probe_seed=seed)
     claims = decode(data, seed, OURS.catalogue)
-    marks = {(one.question, one.part): one for one in mark(OURS, claims, _bench(), seed)}
+    marks = {(one.question, one.part): one for one in mark(OURS, claims, _bench(), submission)}
     return {
         where: (one.out_of - one.points, f"{one.status.value}: {sentence(one.reason)}")
         for where, one in marks.items()

@@ -33,7 +33,8 @@ from term_table import (
 )
 
 from labcourse.errors import IsolationError
-from labcourse.grading import batch, overview
+from labcourse.files import ANSWERS_FILE
+from labcourse.grading import batch, graded_run, overview
 from labcourse.grading import course as courses
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.release import student_course
@@ -57,7 +58,7 @@ class Answers:
         self.answers.setdefault(question, {}).update(there)
 
 
-def run(_packed: bytes, job: runner.Job, lost: str = "") -> runner.Run:
+def run(_packed: bytes, job: runner.Job, lost: str = "") -> runner.Ran:
     """Call the cells of a student's notebooks."""
     if job.student == lost:
         raise IsolationError("The sandbox is lost.", "sandbox", "Start it again.")
@@ -68,7 +69,7 @@ def run(_packed: bytes, job: runner.Job, lost: str = "") -> runner.Run:
             if cell["id"].startswith("q"):
                 exec("".join(cell["source"]), names)
     content = {"format": 2, "student": job.student, "bench": {}, "software": "labcourse", "probe_seed": job.probe_seed}
-    return runner.Run(json.dumps({**content, "answers": lab.answers}).encode())
+    return {ANSWERS_FILE: json.dumps({**content, "answers": lab.answers}).encode()}, ()
 
 
 def written(notebook: dict[str, Any], content: Mapping[str, Any]) -> dict[str, Any]:
@@ -105,7 +106,8 @@ class TermClass:
         self.folder, self.marks, self.published, self._patch = folder, folder / "marks", "", patch
         self._courses = {key: self._made_course(name, key) for name, key in (("first", FAULTY), ("then", MENDED))}
         patch.setattr(isolation_report, "check", lambda: None)
-        patch.setattr(batch, "Marker", InlineMarker)
+        for grading in (batch, graded_run):
+            patch.setattr(grading, "Marker", InlineMarker)
         self._use(FAULTY)
         roster = "\n".join(["id,name,section", *(f"{who},{name},{part}" for who, (name, part) in CLASS.items())])
         (folder / "roster.csv").write_text(roster, encoding="utf-8")

@@ -14,7 +14,7 @@ from typing import Any
 
 from checkout import ROOT
 
-from labcourse.answers.notebooks import HandIn, Notebook
+from labcourse.answers.notebooks import Notebook
 
 SPRING = ROOT / "tests" / "courses" / "spring"
 NOTEBOOK = "01_spring.ipynb"
@@ -45,12 +45,12 @@ class TwoReleases:
         """A released notebook."""
         return json.loads((which / "notebooks" / NOTEBOOK).read_text(encoding="utf-8"))
 
-    def hand_in(self, which: Path, answers: dict[str, str], **course: Any) -> HandIn:
+    def hand_in(self, which: Path, answers: dict[str, str], **course: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """A release's notebook with answers (by cell), and what ``course.json`` says."""
         notebook = self.notebook(which)
         for cell in notebook["cells"]:
             cell["source"] = answers.get(cell["id"], cell["source"])
-        return HandIn({NOTEBOOK: Notebook.read(json.dumps(notebook).encode()).cells}, course=course)
+        return {NOTEBOOK: Notebook.read(json.dumps(notebook).encode()).cells}, course
 
 
 def made(folder: Path) -> TwoReleases:

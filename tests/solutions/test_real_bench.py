@@ -16,6 +16,7 @@ import rotflex.course.lab
 from labcourse.benches import BenchPolicy
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marks import Status
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code
 from rotflex import experiments
 from rotflex.course.recordings_folder import MOST_RECORDINGS, MOST_SAMPLES, RecordingsFolder, evidence
@@ -222,7 +223,9 @@ def test_answers_are_marked_by_the_recordings_of_that_bench(tmp_path, made, monk
     claims = decoding.decode((tmp_path / "answers.json").read_bytes(), lab.book.probe_seed, COURSE.catalogue)
     statuses = []
     for given in (json.dumps(content).encode(), b""):
-        marks = marking.mark(COURSE, claims, RealBench(POLICY, given), lab.book.probe_seed)
+        marks = marking.mark(
+            COURSE, claims, RealBench(POLICY, given), Submission(student="ada", probe_seed=lab.book.probe_seed)
+        )
         statuses.append(next(one.status for one in marks if one.question == "2.9"))
     assert statuses == [Status.RIGHT, Status.FOR_A_PERSON]
 

@@ -87,12 +87,12 @@ def test_however_it_is_packed_named_and_saved_the_same_is_run(found, made, way):
     masters = {name: {cell["id"]: cell for cell in notebook["cells"]} for name, notebook in made.pristine.items()}
     plain = {name: as_released(SOLVED[name]) for name in names}
     (submission,) = [one for one in found.submissions if one.student == way.student]
-    read = intake.read(submission, names, masters)
-    assert [*submission.problems, *read.problems()] == []
-    hand_in, _notes = intake.newest(read.items, names)
-    assert _run_of(made, hand_in.notebooks) == _run_of(made, plain)
-    assert [name for name in hand_in.files if name.endswith(".py")] == []
-    assert _words_of(made, hand_in.notebooks) == _words_of(made, plain)
+    intake.read(submission, names, masters)
+    assert [*submission.problems, *intake.unread_problems(submission)] == []
+    intake.choose_newest(submission, submission.items, names)
+    assert _run_of(made, submission.notebooks) == _run_of(made, plain)
+    assert [name for name in submission.files if name.endswith(".py")] == []
+    assert _words_of(made, submission.notebooks) == _words_of(made, plain)
 
 
 def _run_of(made, notebooks):

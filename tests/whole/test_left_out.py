@@ -16,7 +16,7 @@ from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.graded_run import facts_of
+from labcourse.grading.graded_run import submission_of
 from labcourse.grading.marks import Status
 from labcourse.grading.release import student_course, student_notebooks
 from labcourse.grading.reports.grades import Reports
@@ -81,7 +81,7 @@ def test_who_begins_in_the_middle_has_all_points_of_what_is_asked(sandbox, tmp_p
     ]
     assert lost == []
     assert not [line for line in sentences(step.graded.run.problems) if "Table" in line or "is missing" in line]
-    facts = facts_of(step.graded.run)
+    facts = submission_of(step.graded.run)
     assert set(facts.asked) >= set(marks) - {one for one in marks if "as a whole" in one[0]}
     page = (tmp_path / "marks" / "ada" / "feedback.html").read_text(encoding="utf-8")
     assert "Given to this class" in page and "2.12 K_s" in page

@@ -18,6 +18,7 @@ from working_through import FULL
 from labcourse.answers import forms
 from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
+from labcourse.grading.submission import Submission
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
 from solutions.true_bench import TrueBench
@@ -38,7 +39,10 @@ def by_turns(cases, named=str, **marks):
 def marked(data, student, bench):
     """The marks that a file of answers earns, by question and part."""
     seed = student_seed(student)
-    return {(one.question, one.part): one for one in mark(OURS, decode(data, seed, OURS.catalogue), bench, seed)}
+    return {
+        (one.question, one.part): one
+        for one in mark(OURS, decode(data, seed, OURS.catalogue), bench, Submission(student="ada", probe_seed=seed))
+    }
 
 
 @pytest.fixture(scope="module")

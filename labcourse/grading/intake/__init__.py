@@ -5,48 +5,25 @@
 ``platforms``  a pattern for each platform's names; lists of times
 ``owners``     who: the roster and the name of a submission; partners
 ``finding``    a class's folder → the submissions of each student, with owner and time: :func:`find`
-``reading``    which: a submission → cells, own files, what was recorded at home: :func:`read`, :func:`newest`
+``reading``    which: a submission → cells, own files, what was recorded at home: :func:`read`, :func:`choose_newest`
 =============  =======================================================================================================
 
-What is ambiguous is a :class:`Doubt`, a row of ``intake.csv`` for the instructor to decide.
+All of them fill in a :class:`~labcourse.grading.submission.Submission`. What is ambiguous is a ``Doubt``, a row of
+``intake.csv`` for the instructor to decide.
 """
 
-from labcourse.grading.intake.finding import (
-    OWNER,
-    PARTNER,
-    PLATFORM,
-    TIME_RECEIVED,
-    ClassFolder,
-    Decisions,
-    Doubt,
-    Submission,
-    find,
-)
+from labcourse.grading.intake.finding import ClassFolder, find
 from labcourse.grading.intake.owners import students_in
-from labcourse.grading.intake.reading import (
-    Master,
-    ReadSubmission,
-    is_answered,
-    is_unread,
-    newest,
-    read,
-)
+from labcourse.grading.intake.reading import Master, choose_newest, is_answered, is_unread, read, unread_problems
 
 __all__ = [
-    "OWNER",
-    "PARTNER",
-    "PLATFORM",
-    "TIME_RECEIVED",
     "ClassFolder",
-    "Decisions",
-    "Doubt",
     "Master",
-    "ReadSubmission",
-    "Submission",
+    "choose_newest",
     "find",
     "is_answered",
     "is_unread",
-    "newest",
     "read",
     "students_in",
+    "unread_problems",
 ]

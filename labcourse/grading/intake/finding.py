@@ -15,9 +15,21 @@ from labcourse.files import COURSE_FILE
 from labcourse.grading.gradebook.records import DECIDED, ON_DISK, StudentRecord
 from labcourse.grading.intake import archives, owners, platforms
 from labcourse.grading.intake.archives import Listing, Shelf, StoredFile, Unreadable, is_notebook, is_work, named
-from labcourse.grading.intake.owners import Owner, Roster, student_in
+from labcourse.grading.intake.owners import Roster, student_in
 from labcourse.grading.intake.platforms import Label, in_utc, label_of, platforms_of, readable
-from labcourse.problems import Code, Problem, Reason
+from labcourse.grading.submission import (
+    NEVER,
+    OWNER,
+    PARTNER,
+    PLATFORM,
+    TIME_RECEIVED,
+    Decisions,
+    Doubt,
+    Owner,
+    Piece,
+    Submission,
+)
+from labcourse.problems import Code, Problem
 from labcourse.sentences import sentences
 from labcourse.student_id import LONGEST, caseless
 
@@ -26,109 +38,12 @@ MAX_NESTING = 3  #: archives within archives
 MAX_INNER_ARCHIVES = 20  #: archives within one submission
 MAX_COURSE_FILE = 10_000  #: bytes of course.json; a name, a release, and partners
 
-_NEVER = datetime.fromtimestamp(0, UTC)
 _NO_FOLDER_NO_ZIP = Problem.of(Code.NO_FOLDER_NO_ZIP)
 
-#: What an instructor may decide, besides a file (by its name in the course).
-OWNER, TIME_RECEIVED, PARTNER, PLATFORM = "owner", "time received", "partner", "platform"
 YES, NO = "yes", "no"  #: decisions on a partner
 NO_PLATFORM = "none"  #: decision on a platform: names are the students' IDs
-#: :attr:`Doubt.key` → what was decided.
-Decisions = Mapping[tuple[str, str], str]
 #: What lies at a place: a file, the content of a folder or an archive, a folder on disk, or why it is not read.
 PlaceContent = StoredFile | Listing | Path | Problem
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """A row of ``intake.csv``: something that an instructor may decide.
-
-    Attributes
-    ----------
-    submission : name of the folder, archive or file, from the class's folder on; for a partner, the student who named
-        them
-    about : :data:`OWNER`, :data:`TIME_RECEIVED`, :data:`PARTNER` or :data:`PLATFORM`; or the name of a file of the
-        course, if several of the submission may be it
-    assumed : what counts without a decision; "" for nothing
-    why : reasons; a text where the row was read from the file
-    alternatives : what else it may be; the partner
-    """
-
-    submission: str
-    about: str
-    assumed: str
-    why: tuple[Reason, ...]
-    alternatives: str = ""
-
-    @property
-    def key(self) -> tuple[str, str]:
-        """Identify the row. A decision on a time holds for files that were saved then, if the row says when."""
-        of = f": {self.alternatives}" if self.about in (TIME_RECEIVED, PARTNER) and self.alternatives else ""
-        return self.submission, f"{self.about}{of}"
-
-
-@dataclass(frozen=True)
-class Piece:
-    """What a student handed in at one time: a folder, an archive, or loose files.
-
-    Attributes
-    ----------
-    source : path in the class's folder, which may lead through archives
-    name : name of the folder, archive or file, without the ending of an archive
-    outer : name of what lies among the submissions: it holds this piece, or is it
-    label : what the name says if a platform gave it; None if the student did
-    archived : when the archive or file among the submissions was received, UTC; None if that is not known
-    copy : number of the copy in the name of an archive within the submission; the higher, the later
-    files : path → file
-    refused : path → reason why it is not read
-    trouble : why nothing of it can be read; nothing if it can be read
-    course : content of its course.json
-    owner : the students to whom it belongs
-    received : time of receipt, UTC
-    clock : how a time is known; "" if only the student's computer wrote it
-    saved : when it was saved, UTC, by the student's computer
-    """
-
-    source: str
-    name: str
-    outer: str = ""
-    label: Label | None = None
-    archived: datetime | None = None
-    copy: int = 0
-    files: Mapping[str, StoredFile] = field(default_factory=dict)
-    refused: Mapping[str, Problem] = field(default_factory=dict)
-    trouble: tuple[Problem, ...] = ()
-    course: Mapping[str, Any] = field(default_factory=dict)
-    owner: Owner = field(default_factory=Owner)
-    received: datetime = _NEVER
-    clock: str = ""
-    saved: datetime = _NEVER
-
-
-@dataclass(frozen=True)
-class Submission:
-    """All that a student handed in.
-
-    Attributes
-    ----------
-    student : ID
-    pieces : all that the student handed in, in order of time
-    bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
-    partners : IDs of the students with whom it was handed in
-    claimed_by : ID of the partner who handed in, if this student handed in nothing; "" otherwise
-    unconfirmed : what others handed in who name this student as a partner, which a person has to confirm
-    problems : contradictions about its owner
-    notes : what else is worth knowing about its owner
-    """
-
-    student: str
-    pieces: tuple[Piece, ...] = ()
-    bench_of: str = ""
-    partners: tuple[str, ...] = ()
-    claimed_by: str = ""
-    unconfirmed: tuple[Piece, ...] = ()
-    problems: tuple[Problem, ...] = ()
-    notes: tuple[Problem, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -620,7 +535,7 @@ class _Finder:
         later, unless the instructor wrote the row without that time.
         """
         times = filter(None, (entry.modified for entry in piece.files.values()))
-        saved = min(max(times, default=piece.archived or _NEVER), clock.now())
+        saved = min(max(times, default=piece.archived or NEVER), clock.now())
         is_written = (piece.source, TIME_RECEIVED) in self._decisions
         when_saved = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
         doubt = Doubt(piece.source, TIME_RECEIVED, "", (Problem.of(Code.ONLY_THEIR_COMPUTER),), when_saved)
@@ -694,12 +609,12 @@ def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
             notes[Problem.of(Code.DECLINED_AS_PARTNER, owners=piece.owner.students, student=student)] = None
     together = {partner for piece in own for partner in piece.owner.everybody}
     return Submission(
-        student,
-        tuple(own),
-        own[-1].owner.bench_of if own else "",
-        tuple(sorted(together - {student}, key=caseless)),
-        claimed_by,
-        tuple(piece for piece in pieces if student in piece.owner.waiting),
-        tuple(problems),
-        tuple(notes),
+        student=student,
+        problems=[*problems],
+        notes=[*notes],
+        pieces=tuple(own),
+        bench_of=own[-1].owner.bench_of if own else "",
+        partners=tuple(sorted(together - {student}, key=caseless)),
+        claimed_by=claimed_by,
+        unconfirmed=tuple(piece for piece in pieces if student in piece.owner.waiting),
     )

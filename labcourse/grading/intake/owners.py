@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from labcourse import course_file, student_id
@@ -14,49 +14,13 @@ from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import platforms
 from labcourse.grading.intake.archives import is_notebook
 from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
+from labcourse.grading.submission import Owner
 from labcourse.problems import Code, Problem
 from labcourse.student_id import caseless
 
 MOST_TOGETHER = 4  #: students of one submission; as many as stand around a bench
 _PARTICIPANT = re.compile(r"\w+ (?=\d+$)")
 _PAIR = "+"  # between the IDs of those who hand in together
-
-
-@dataclass(frozen=True)
-class Owner:
-    """The students to whom a submission belongs.
-
-    Attributes
-    ----------
-    students : IDs by its name; none if nobody was identified
-    claimed : IDs of further students whom its course.json names
-    waiting : those of them that a person has to confirm; until then nothing of the submission is theirs
-    declined : those of them who are no partners, as the instructor decided
-    bench_of : ID of the student with the bench that was used
-    attempt : number of the attempt, or of the copy; the higher, the later
-    group : the platform's group in the name; "" without one
-    is_certain : whether the name is on the roster, be it of several students
-    is_decided : whether the instructor decided this
-    problems : contradictions about the owner; if nobody was identified, the reasons
-    notes : what else is worth knowing about the owner
-    """
-
-    students: tuple[str, ...] = ()
-    claimed: tuple[str, ...] = ()
-    waiting: tuple[str, ...] = ()
-    declined: tuple[str, ...] = ()
-    bench_of: str = ""
-    attempt: int = 0
-    group: str = ""
-    is_certain: bool = False
-    is_decided: bool = False
-    problems: tuple[Problem, ...] = ()
-    notes: tuple[Problem, ...] = ()
-
-    @property
-    def everybody(self) -> tuple[str, ...]:
-        """All students to whom it belongs, the claimed ones last."""
-        return (*self.students, *(name for name in self.claimed if name not in (*self.waiting, *self.declined)))
 
 
 def nobody(*why: Problem) -> Owner:

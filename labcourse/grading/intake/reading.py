@@ -14,18 +14,19 @@ from typing import Any
 import labcourse
 from labcourse import course_file
 from labcourse.answers import answers, notebooks, own_files, report_files
-from labcourse.answers.notebooks import MAX_FILE, Cell, HandIn, Notebook, NotebookError, to_bytes
+from labcourse.answers.notebooks import MAX_FILE, Cell, Notebook, NotebookError, to_bytes
 from labcourse.errors import ConfigurationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.gradebook.records import Delivery
 from labcourse.grading.intake import archives
 from labcourse.grading.intake.archives import Shelf, Unreadable, is_notebook, named
-from labcourse.grading.intake.finding import MAX_COURSE_FILE, Decisions, Doubt, Piece, Submission
+from labcourse.grading.intake.finding import MAX_COURSE_FILE
 from labcourse.grading.intake.owners import course_data
+from labcourse.grading.submission import Decisions, Doubt, Piece, Submission
 from labcourse.patterns import pattern
 from labcourse.problems import Code, Problem, Reason, has
 from labcourse.run.alignment import source_of
-from labcourse.run.portability import Version, version
+from labcourse.run.portability import version
 from labcourse.student_id import caseless
 
 MAX_STRANGERS = 30  #: notebooks of other names that are compared with the course's cells
@@ -42,53 +43,6 @@ Fit = tuple[int, int]
 Master = Mapping[str, Mapping[str, Any]]
 
 
-@dataclass
-class ReadSubmission:
-    """What was read of a submission.
-
-    Attributes
-    ----------
-    items : all files that count, in order of time; notebooks without outputs
-    notes : what is worth knowing for the student and the instructor
-    doubts : rows of ``intake.csv``: what an instructor may decide
-    python : newest version of Python with which a notebook was saved; None if no notebook says it
-    faults : problems that nothing that is read later solves
-    unread : name of a file of the course → why it cannot be read; removed when a later one is read
-    unreadable : pieces that cannot be read; moved to the notes when a later piece has notebooks
-    names : names of all files that were handed in
-    has_notebooks : whether notebooks of the course are among the items
-    """
-
-    items: list[Delivery] = field(default_factory=list)
-    notes: list[Problem] = field(default_factory=list)
-    doubts: list[Doubt] = field(default_factory=list)
-    python: Version | None = None
-    faults: list[Problem] = field(default_factory=list)
-    unread: dict[str, Problem] = field(default_factory=dict)
-    unreadable: list[Problem] = field(default_factory=list)
-    names: set[str] = field(default_factory=set)
-    has_notebooks: bool = False
-
-    def problems(self, earlier: Collection[str] = ()) -> list[Problem]:
-        """Return what could not be read as it should, and is not replaced by something later.
-
-        Parameters
-        ----------
-        earlier : names of what was handed in before
-        """
-        read = {item.name for item in self.items} | set(earlier)
-        problems = [*self.faults, *self.unreadable]
-        for name, why in self.unread.items():
-            code = Code.OLDER_NOTEBOOK_COUNTS if name in read else Code.NOTEBOOK_UNREAD
-            if name.endswith(report_files.PDF):
-                problems.append(Problem.of(Code.REPORT_UNREAD, name, why=why, earlier=name in read))
-            else:
-                problems.append(Problem.of(code, name, why=why))
-        if not (self.has_notebooks or self.unreadable or any(map(is_notebook, [*self.unread, *earlier]))):
-            problems.append(Problem.of(Code.NO_NOTEBOOK, **named(sorted(self.names))))
-        return list(dict.fromkeys(problems))
-
-
 def read(
     submission: Submission,
     wanted: Sequence[str],
@@ -98,8 +52,10 @@ def read(
     reports: Sequence[str] = (),
     decisions: Decisions | None = None,
     earlier: Callable[[], Iterable[Delivery]] = tuple,
-) -> ReadSubmission:
-    """Read a submission's pieces, in order of time. If one of them cannot be read, the others are.
+) -> Submission:
+    """Read a submission's pieces, in order of time: fill in what was read. Return the submission.
+
+    If one of the pieces cannot be read, the others are.
 
     Parameters
     ----------
@@ -112,11 +68,32 @@ def read(
     earlier : function that returns what the student handed in before; called only if a notebook is empty
     """
     with Shelf() as shelf:
-        reader = _Reader(shelf, wanted, masters or {}, packages, reports, decisions or {}, earlier)
+        reader = _Reader(submission, shelf, wanted, masters or {}, packages, reports, decisions or {}, earlier)
         for piece in submission.pieces:
             reader.read(piece)
-    reader.contents.notes = list(dict.fromkeys(reader.contents.notes))
-    return reader.contents
+    submission.notes = list(dict.fromkeys(submission.notes))
+    return submission
+
+
+def unread_problems(submission: Submission, earlier: Collection[str] = ()) -> list[Problem]:
+    """Return what could not be read of a submission as it should, and is not replaced by something later.
+
+    Parameters
+    ----------
+    submission : as it was read
+    earlier : names of what was handed in before
+    """
+    read_names = {item.name for item in submission.items} | set(earlier)
+    problems = [*submission.faults, *submission.unreadable]
+    for name, why in submission.unread.items():
+        code = Code.OLDER_NOTEBOOK_COUNTS if name in read_names else Code.NOTEBOOK_UNREAD
+        if name.endswith(report_files.PDF):
+            problems.append(Problem.of(Code.REPORT_UNREAD, name, why=why, earlier=name in read_names))
+        else:
+            problems.append(Problem.of(code, name, why=why))
+    if not (submission.has_notebooks or submission.unreadable or any(map(is_notebook, [*submission.unread, *earlier]))):
+        problems.append(Problem.of(Code.NO_NOTEBOOK, **named(sorted(submission.names))))
+    return list(dict.fromkeys(problems))
 
 
 def is_unread(name: str, problems: Collection[Reason]) -> bool:
@@ -128,6 +105,7 @@ def is_unread(name: str, problems: Collection[Reason]) -> bool:
 class _Reader:
     """Reads the pieces of a submission, one after the other."""
 
+    submission: Submission
     shelf: Shelf
     wanted: Sequence[str]
     masters: Mapping[str, Master]
@@ -135,14 +113,13 @@ class _Reader:
     reports: Sequence[str]
     decisions: Decisions
     earlier: Callable[[], Iterable[Delivery]]
-    contents: ReadSubmission = field(default_factory=ReadSubmission)
     answered: set[str] = field(default_factory=set)  # notebooks in which something was written
     parts: int = 0  # of the notebooks that were read
 
     def read(self, piece: Piece) -> None:
         """Read what counts of a piece, and note what does not."""
-        contents, trouble = self.contents, piece.trouble
-        contents.names |= {path.rpartition("/")[2] for path in piece.files}
+        submission, trouble = self.submission, piece.trouble
+        submission.names |= {path.rpartition("/")[2] for path in piece.files}
         try:
             if piece.files:
                 self.shelf.open(next(iter(piece.files.values())).store)
@@ -150,7 +127,7 @@ class _Reader:
         except Unreadable as error:
             trouble = (error.problem,)
         if trouble:
-            contents.unreadable.append(Problem.of(Code.SUBMISSION_UNREAD, piece.source, why=trouble))
+            submission.unreadable.append(Problem.of(Code.SUBMISSION_UNREAD, piece.source, why=trouble))
         for why in dict.fromkeys(piece.refused.values()):
             refused = [path for path, reason in piece.refused.items() if reason == why]
             self._note_files(Code.FILES_REFUSED, refused, why=why)
@@ -167,7 +144,7 @@ class _Reader:
             if isinstance(notebook, Notebook):
                 self._add_notebook(name, notebook)
             else:
-                self.contents.unread[name] = notebook
+                self.submission.unread[name] = notebook
         self._by_cells()
         self._in_their_place()
         for name, candidates in _fitting(self._piece.files, self.reports, report_files.PDF).items():
@@ -182,8 +159,8 @@ class _Reader:
     def _add(self, name: str, data: bytes) -> None:
         """Add a file, under its name in the course, to what counts."""
         piece, digest = self._piece, hashlib.sha256(data).hexdigest()
-        self.contents.items.append(Delivery(name, digest, data, piece.received, piece.source, piece.clock))
-        self.contents.unread.pop(name, None)
+        self.submission.items.append(Delivery(name, digest, data, piece.received, piece.source, piece.clock))
+        self.submission.unread.pop(name, None)
 
     # --- notebooks ----------------------------------------------------------------------------------------------------
 
@@ -201,22 +178,22 @@ class _Reader:
             self.parts, notebook = parts, Notebook.without_outputs(data)
         except (Unreadable, NotebookError) as error:
             return error.problem
-        self.contents.python = max(filter(None, (version(notebook.python), self.contents.python)), default=None)
+        self.submission.python = max(filter(None, (version(notebook.python), self.submission.python)), default=None)
         return notebook
 
     def _add_notebook(self, name: str, notebook: Notebook) -> None:
         """Add a notebook; an empty one does not replace one with answers."""
-        master, contents = self.masters.get(name), self.contents
+        master, submission = self.masters.get(name), self.submission
         if master is None or _cells_written(notebook.cells, master):
             self.answered.add(name)
         elif name in self.answered or self._was_answered(name, master):
-            contents.notes.append(Problem.of(Code.EMPTY_BESIDE_ANSWERED, name, source=self._piece.source))
+            submission.notes.append(Problem.of(Code.EMPTY_BESIDE_ANSWERED, name, source=self._piece.source))
             return
         self._add(name, to_bytes(notebook.cells))
-        contents.faults += [replace(problem, where=name) for problem in notebook.problems]
-        contents.notes += contents.unreadable
-        contents.unreadable.clear()
-        contents.has_notebooks = True
+        submission.faults += [replace(problem, where=name) for problem in notebook.problems]
+        submission.notes += submission.unreadable
+        submission.unreadable.clear()
+        submission.has_notebooks = True
 
     def _was_answered(self, name: str, master: Master) -> bool:
         """Return whether the student handed in a notebook before this piece, with something written in it."""
@@ -256,10 +233,10 @@ class _Reader:
             others = [other for other in paths if other != path and self._is_lost(name, other, path)]
             if others:
                 about = {"count": len(others) + 1, "chosen": path, "why": why, **named(others)}
-                self.contents.notes.append(Problem.of(Code.ONE_OF_SEVERAL, name, **about))
-                self.contents.doubts.append(Doubt(self._piece.source, name, path, (why,), "; ".join(others)))
+                self.submission.notes.append(Problem.of(Code.ONE_OF_SEVERAL, name, **about))
+                self.submission.doubts.append(Doubt(self._piece.source, name, path, (why,), "; ".join(others)))
         elif changes:
-            self.contents.notes.append(Problem.of(Code.TAKEN_BY_NAME, name, file=path))
+            self.submission.notes.append(Problem.of(Code.TAKEN_BY_NAME, name, file=path))
         return path
 
     def _chosen(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> tuple[str, Problem]:
@@ -276,7 +253,7 @@ class _Reader:
         if decided in paths:
             return decided, Problem.of(Code.DECIDED)
         if decided:
-            self.contents.faults.append(Problem.of(Code.DECISION_ON_NO_FILE, name, file=decided))
+            self.submission.faults.append(Problem.of(Code.DECISION_ON_NO_FILE, name, file=decided))
         compared = paths[:_MOST_COMPARED]
         written = {path: self._written(name, path) if is_notebook(path) else 0 for path in compared}
         saved = {path: self._piece.files[path].modified or _OLD for path in written}
@@ -319,7 +296,7 @@ class _Reader:
                 self._missing.remove(name)
                 self._used.add(path)
                 self._add_notebook(name, notebook)
-                self.contents.notes.append(Problem.of(Code.TAKEN_BY_CELLS, name, file=path))
+                self.submission.notes.append(Problem.of(Code.TAKEN_BY_CELLS, name, file=path))
         if missing:
             self._note_files(Code.NOT_RECOGNISED, [path for path in others if path not in self._used])
 
@@ -329,10 +306,10 @@ class _Reader:
         for name in self._missing if self.masters else ():
             stem = name.casefold().removesuffix(".ipynb")
             if instead := [path for path in unused if PurePosixPath(path.casefold()).stem == stem]:
-                self.contents.unread[name] = Problem.of(Code.NO_NOTEBOOK_IN_PLACE, name, **named(instead))
+                self.submission.unread[name] = Problem.of(Code.NO_NOTEBOOK_IN_PLACE, name, **named(instead))
         packed = [*filter(archives.is_other_archive, self._piece.files)]
         if packed and self._missing and not self._piece.trouble:
-            self.contents.faults.append(Problem.of(Code.PACKED_FILES, **named(packed)))
+            self.submission.faults.append(Problem.of(Code.PACKED_FILES, **named(packed)))
 
     # --- other files --------------------------------------------------------------------------------------------------
 
@@ -344,7 +321,7 @@ class _Reader:
         except Unreadable as error:
             why = error.problem
         if why:
-            self.contents.unread[name] = why
+            self.submission.unread[name] = why
         else:
             self._add(name, data)
 
@@ -358,9 +335,9 @@ class _Reader:
                 if name == COURSE_FILE:
                     course_file.parse(data)
         except Unreadable as error:
-            self.contents.notes.append(Problem.of(Code.FILE_UNREAD, name, why=error.problem))
+            self.submission.notes.append(Problem.of(Code.FILE_UNREAD, name, why=error.problem))
         except ConfigurationError as error:
-            self.contents.notes.append(Problem.of(Code.COURSE_FILE_UNREAD, name, error=str(error)))
+            self.submission.notes.append(Problem.of(Code.COURSE_FILE_UNREAD, name, error=str(error)))
 
     def _own_files(self) -> None:
         """Read the other files, as far as they lie with the notebooks or below."""
@@ -371,57 +348,56 @@ class _Reader:
         self._note_files(Code.FILE_AND_FOLDER, sorted(folders))
         sizes = [(PurePosixPath(name), self._piece.files[beside[name]].size) for name in beside if name not in folders]
         paths, notes = own_files.choose(sizes, [*self.wanted, *report_files.made_files(self.reports)], self.packages)
-        self.contents.notes += notes
-        no_report = self.reports and not {item.name for item in self.contents.items} & {*self.reports}
+        self.submission.notes += notes
+        no_report = self.reports and not {item.name for item in self.submission.items} & {*self.reports}
         for name in map(str, paths):
             try:  # by their sizes, they are few enough together
                 self._add(name, self._read(beside[name], own_files.MAX_FILE))
                 if no_report and "/" not in name and name.casefold().endswith(report_files.PDF):
-                    self.contents.notes.append(Problem.of(Code.OTHER_PDF, name))
+                    self.submission.notes.append(Problem.of(Code.OTHER_PDF, name))
             except Unreadable as error:
-                self.contents.notes.append(Problem.of(Code.OWN_FILE_REFUSED, name, why=error.problem))
+                self.submission.notes.append(Problem.of(Code.OWN_FILE_REFUSED, name, why=error.problem))
         outside = [path for path in others if not path.startswith(prefix)]
         self._note_files(Code.OUTSIDE_THE_FOLDER, sorted(outside))
 
     def _note_files(self, code: Code, paths: Sequence[str], **about: Any) -> None:
         """Note why some files are not read; nothing without files."""
         if paths:
-            self.contents.notes.append(Problem.of(code, **named(paths), **about))
+            self.submission.notes.append(Problem.of(code, **named(paths), **about))
 
 
-def newest(
-    items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = (), *, unread: Collection[str] = ()
-) -> tuple[HandIn, list[Problem]]:
-    """Return the newest of all that was handed in, and notes on what came when.
+def choose_newest(
+    submission: Submission, items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = ()
+) -> list[Problem]:
+    """Fill in what counts of all that was handed in, the newest of each file. Return notes on what came when.
 
     Parameters
     ----------
-    items : all files, in order of arrival, which decides between files of one time
+    submission : as it was read
+    items : all files that were ever handed in for the student, in order of arrival, which decides between files of one
+        time
     wanted : file names of the course's notebooks
     reports : file names of the course's reports, as PDF
-    unread : file names of notebooks that were handed in and cannot be read
     """
     in_order = sorted(items, key=lambda item: item.received)
     latest = {item.name: item for item in in_order}
     own = [name for name in sorted(latest) if name not in (*wanted, *reports, ANSWERS_FILE, COURSE_FILE)]
     received = [name for name in wanted if name in latest]
-    hand_in = HandIn(
-        notebooks={name: Notebook.read(latest[name].content).cells for name in received},
-        files={name: latest[name].content for name in own},
-        claim=latest[ANSWERS_FILE].content if ANSWERS_FILE in latest else None,
-        course=course_data(latest[COURSE_FILE].content) if COURSE_FILE in latest else {},
-        reports={name: latest[name].content for name in reports if name in latest},
-    )
+    submission.notebooks = {name: Notebook.read(latest[name].content).cells for name in received}
+    submission.files = {name: latest[name].content for name in own}
+    submission.answers_at_home = latest[ANSWERS_FILE].content if ANSWERS_FILE in latest else None
+    submission.course = course_data(latest[COURSE_FILE].content) if COURSE_FILE in latest else {}
+    submission.pdfs = {name: latest[name].content for name in reports if name in latest}
     stages: dict[tuple[datetime, str], list[str]] = {(item.received, item.source): [] for item in in_order}
-    for name in (*received, *hand_in.reports):
+    for name in (*received, *submission.pdfs):
         stages[latest[name].received, latest[name].source].append(name)
     counting = sorted((stage, names) for stage, names in stages.items() if names and len(stages) > 1)
     notes = [
         Problem.of(Code.ARRIVED, time=f"{time:%Y-%m-%d %H:%M}", source=source, names=names)
         for (time, source), names in counting
     ]
-    absent = [name for name in wanted if received and name not in latest and name not in unread]
-    return hand_in, notes + [Problem.of(Code.NOT_HANDED_IN, name) for name in absent]
+    absent = [name for name in wanted if received and name not in latest and name not in submission.unread]
+    return notes + [Problem.of(Code.NOT_HANDED_IN, name) for name in absent]
 
 
 # --- which notebook of the course a file is ---------------------------------------------------------------------------

@@ -19,8 +19,8 @@ Your instructor supplied this value ...      an instructor supplied it
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +28,13 @@ import numpy as np
 
 from labcourse.answers import forms
 from labcourse.answers.parts import WHOLE, Part, Question
-from labcourse.answers.report_files import ReportFile
 from labcourse.errors import CourseError
 from labcourse.grading.course import Course
 from labcourse.grading.marking.decoding import Claims, time_limited, with_reports
 from labcourse.grading.marks import Mark, Status
+from labcourse.grading.submission import Submission
 from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Verdict
-from labcourse.problems import Code, Problem, Reason
+from labcourse.problems import Code, Problem, Reason, Where
 
 #: Kind of a part → why there is no answer, where no more is known.
 _ABSENT = {"prose": Problem.of(Code.NO_TEXT), WHOLE: Problem.of(Code.NO_REPORT_TEXT)}
@@ -42,29 +42,11 @@ _TIME_LIMIT = 60.0  # s for one answer; the slowest honest one takes a few
 _LONGEST_SHOWN = 300  # characters of an expression
 
 
-@dataclass(frozen=True)
-class Context:
-    """What marking needs to know of a run besides its answers.
-
-    Attributes
-    ----------
-    missing : (question, part) → why there is no answer
-    supplied : (question, part) of values that an instructor supplied
-    asked_parts : (question, part) of the release that the student worked with; None if it asks all that the course asks
-    reports_in_pdf : number of a report → the PDF that was handed in, for a person to read
-    """
-
-    missing: Mapping[tuple[str, str], Reason] = field(default_factory=dict)
-    supplied: Collection[tuple[str, str]] = ()
-    asked_parts: Collection[tuple[str, str]] | None = None
-    reports_in_pdf: Mapping[str, ReportFile] = field(default_factory=dict)
-
-
 class KeyFault(Exception):
     """A check of the key that has a fault; the message names its place."""
 
 
-def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, context: Context = Context()) -> list[Mark]:
+def mark(course: Course, claims: Claims, bench: Any, submission: Submission) -> list[Mark]:
     """Mark every part of every question in the key, in its order.
 
     A fault of the key leaves the part unmarked that it concerns, and no other.
@@ -74,17 +56,16 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, context: C
     course : with the key
     claims : from :func:`labcourse.grading.marking.decoding.decode`; faults of the key are added to its problems
     bench : the student's own, as it really is: what ``course.bench`` returns
-    probe_seed : from which the inputs of functions were drawn
-    context : other facts about the run
+    submission : with its run explained
     """
-    claims = with_reports(claims, course.catalogue, context.reports_in_pdf)
-    case = case_of(course, claims, bench, probe_seed)
+    claims = with_reports(claims, course.catalogue, submission.documents)
+    case = case_of(course, claims, bench, submission.probe_seed)
     marks = []
     for number, checks in course.key.items():
         question = course.catalogue.find_marked(number)
         for part in question.parts:
             where = (number, part.name)
-            if not _is_asked(course, where, context):
+            if not _is_asked(course, where, submission.asked):
                 continue
             try:
                 mark = mark_part(question, part, checks[part.name], claims, case)
@@ -93,25 +74,31 @@ def mark(course: Course, claims: Claims, bench: Any, probe_seed: int, context: C
                 claims.problems.append(Problem.of(Code.KEY_FAILED, **about))
                 why, given = Problem.of(Code.KEY_HAS_FAULT), _as_text(part, claims, where)
                 mark = Mark(number, part.name, Status.NOT_MARKED, 0.0, part.points, why, given)
-            if where in context.supplied:
-                why = Problem.of(Code.SUPPLIED, why=context.missing.get(where))
+            if where in submission.supplied_parts:
+                why = Problem.of(Code.SUPPLIED, why=submission.missing.get(where))
                 mark = replace(mark, status=Status.SUPPLIED, points=0.0, reason=why)
-            elif mark.status is Status.MISSING and where in context.missing:
-                mark = replace(mark, reason=context.missing[where])
+            elif mark.status is Status.MISSING and where in submission.missing:
+                mark = replace(mark, reason=submission.missing[where])
             marks.append(mark)
     return marks
 
 
-def _is_asked(course: Course, where: tuple[str, str], context: Context) -> bool:
-    """Return whether the student's release asks for a part; for a report as a whole, for any of its texts."""
-    if (asked := context.asked_parts) is None:
+def _is_asked(course: Course, where: Where, asked: Collection[Where] | None) -> bool:
+    """Return whether a release asks for a part; for a report as a whole, for any of its texts.
+
+    ``asked`` is all that it asks for; None if that is all that the course asks for.
+    """
+    if asked is None:
         return True
     report = course.catalogue.report_judged.get(where[0])
     return where in asked if report is None else any(number == report for number, _part in asked)
 
 
 def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
-    """Return what the answers of a submission are judged against. Parameters as for :func:`mark`."""
+    """Return what the answers of a submission are judged against.
+
+    Parameters as for :func:`mark`; ``probe_seed`` is that from which the inputs of functions were drawn.
+    """
     known = course.knows_bench(course.parameters) and getattr(bench, "is_known", True)
     return Case(bench, lambda question, part: claims.values[question, part], probe_seed, known)
 
@@ -192,11 +179,16 @@ def unmarked(key: Key, claims: Claims) -> list[Problem]:
     return [Problem.of(Code.NOT_IN_KEY, number) for number in numbers]
 
 
-def nothing_earned(course: Course, reason: Reason, status: Status, context: Context = Context()) -> tuple[Mark, ...]:
-    """Return marks without points for a submission of which nothing could be read or marked."""
+def nothing_earned(
+    course: Course, reason: Reason, status: Status, asked: Collection[Where] | None = None
+) -> tuple[Mark, ...]:
+    """Return marks without points for a submission of which nothing could be read or marked.
+
+    ``asked`` is all that its release asks for; None if that is all that the course asks for.
+    """
     return tuple(
         Mark(number, part.name, status, 0.0, part.points, reason)
         for number in course.key
         for part in course.catalogue.find_marked(number).parts
-        if _is_asked(course, (number, part.name), context)
+        if _is_asked(course, (number, part.name), asked)
     )

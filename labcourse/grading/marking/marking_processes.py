@@ -14,66 +14,31 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
 import labcourse
 from labcourse import student_id
-from labcourse.answers.words import TextAnswer
-from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE
 from labcourse.grading import course as courses
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course, package_folder
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
-from labcourse.grading.marking.marking import Context
 from labcourse.grading.marks import Mark
 from labcourse.grading.settings import SETTINGS_FILE
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem, Reason
 
 _T = TypeVar("_T")
+_Marked = tuple[tuple[Mark, ...], list[Problem], list[Problem]]  # marks, problems, notes
 _MEMORY = 4 * 1024**3  # bytes of address space; twice what a run has
 _LIBRARIES = ("PIL.PngImagePlugin", "control", "scipy.optimize", "scipy.signal", "sympy")
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _TIME_LIMIT = 600.0  # s for all answers of a submission; as long as the submission's run may take
 _LONGEST_BENCH = 200  # characters of what answers say of their bench, in a message
-
-
-@dataclass(frozen=True)
-class Marked:
-    """The marks of a submission, with problems and notes about its answers."""
-
-    marks: tuple[Mark, ...]
-    problems: tuple[Problem, ...] = ()
-    notes: tuple[Problem, ...] = ()
-
-
-@dataclass(frozen=True)
-class MarkingJob:
-    """A submission to be marked: what a marking process needs of it.
-
-    Attributes
-    ----------
-    student : ID of the student on whose bench it was run
-    answers : content of the answers' file that the run left; None if there is none
-    probe_seed : from which the inputs of functions were drawn
-    words : the answers in words, from the saved notebooks
-    context : other facts about the run
-    policy : which bench each student has; None for that of the course's settings
-    evidence : what the course read from the student's files in the sandbox, JSON: a claim
-    """
-
-    student: str
-    answers: bytes | None
-    probe_seed: int
-    words: Mapping[tuple[str, str], TextAnswer] = field(default_factory=dict)
-    context: Context = field(default_factory=Context)
-    policy: BenchPolicy | None = None
-    evidence: bytes = b""
 
 
 class Marker(contextlib.AbstractContextManager["Marker"]):
@@ -106,17 +71,27 @@ class Marker(contextlib.AbstractContextManager["Marker"]):
         with contextlib.suppress(RuntimeError):  # the pool is broken: mark() will make a new one
             _submit(self._pool, _import_libraries)
 
-    def mark(self, job: MarkingJob) -> Marked:
-        """Mark a submission's answers.
+    def mark(self, submission: Submission) -> None:
+        """Mark a submission's answers: fill in the marks, and add problems and notes about the answers.
+
+        Parameters
+        ----------
+        submission : as the gradebook stores it, without its files: all of it goes to another process
 
         Raises
         ------
         GradingError
             If the answers killed the process that marked them, or took it too long.
         """
+        submission.marks, problems, notes = self._marked(submission)
+        submission.problems += problems
+        submission.notes += notes
+
+    def _marked(self, submission: Submission) -> _Marked:
+        """Return the marks of a submission, and problems and notes about its answers."""
         pool = self._pool
         try:
-            return _submit(pool, _mark_answers, job).result(timeout=_TIME_LIMIT)
+            return _submit(pool, _mark_answers, submission).result(timeout=_TIME_LIMIT)
         except (RuntimeError, TimeoutError, CancelledError):  # broken, or ended by another thread because it was
             with self._lock:
                 if self._pool is pool:
@@ -125,7 +100,7 @@ class Marker(contextlib.AbstractContextManager["Marker"]):
         # Another submission's answers may have broken the pool: try these alone.
         alone = self._new_pool(1)
         try:
-            return _submit(alone, _mark_answers, job).result(timeout=_TIME_LIMIT)
+            return _submit(alone, _mark_answers, submission).result(timeout=_TIME_LIMIT)
         except (BrokenExecutor, TimeoutError) as error:
             raise GradingError(f"The answers could not be marked ({type(error).__name__}).") from None
         finally:
@@ -179,24 +154,25 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _mark_answers(job: MarkingJob) -> Marked:
-    """Decode and mark the answers of a submission, with the messages on both."""
+def _mark_answers(submission: Submission) -> _Marked:
+    """Decode and mark the answers of a submission; return the marks, and problems and notes on both."""
     (course,) = _courses
-    claims = decoding.decode(job.answers, job.probe_seed, course.catalogue)
-    if claims.student and student_id.caseless(claims.student) != student_id.caseless(job.student):
+    owner, policy, asked = submission.bench_of, submission.policy, submission.asked
+    claims = decoding.decode(submission.answers, submission.probe_seed, course.catalogue)
+    if claims.student and student_id.caseless(claims.student) != student_id.caseless(owner):
         claims.notes.append(Problem.of(Code.ANSWERS_OF_ANOTHER, student=claims.student[: student_id.LONGEST]))
-    bench = course.true_bench(job.student, job.policy, job.evidence)
+    bench = course.true_bench(owner, policy, submission.evidence)
     claims.problems.extend(getattr(bench, "problems", ()))
     claims.notes.extend(getattr(bench, "notes", ()))
     claims.problems.extend(_other_bench(course, bench, claims))
-    decoding.add_words(claims, job.words, course.catalogue)
-    if job.context.asked_parts is not None:
-        given = course.given_values(job.student, job.policy or course.settings.bench, job.context.asked_parts)
+    decoding.add_words(claims, submission.words, course.catalogue)
+    if asked is not None:
+        given = course.given_values(owner, policy or course.settings.bench, asked)
         claims.values.update(given)
         claims.notes += [Problem.of(Code.GIVEN_TO_CLASS, names=[*map(" ".join, given)])] if given else []
-    marks = marking.mark(course, claims, bench, job.probe_seed, job.context)
+    marks = marking.mark(course, claims, bench, submission)
     notes = (*claims.notes, *marking.unmarked(course.key, claims))
-    return Marked(tuple(marks), tuple(map(_as_problem, claims.problems)), tuple(map(_as_problem, notes)))
+    return tuple(marks), [*map(_as_problem, claims.problems)], [*map(_as_problem, notes)]
 
 
 def _as_problem(said: Reason) -> Problem:

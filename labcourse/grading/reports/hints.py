@@ -22,7 +22,7 @@ from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded
-from labcourse.grading.graded_run import answers_of, facts_of, marking_job
+from labcourse.grading.graded_run import answers_of, submission_of
 from labcourse.grading.marks import Status
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.verdicts import Key, OwnBench
@@ -145,9 +145,9 @@ def measured_parts(key: Key) -> dict[Where, OwnBench]:
 def measured(graded: Graded, course: Course) -> dict[str, Any]:
     """Read a student's measured numbers from the run that counts: fields of :class:`ComparedWork`, or none."""
     parts = measured_parts(course.key)
-    job = marking_job(graded.run)
+    submission = submission_of(graded.run)
     try:
-        bench = course.true_bench(job.student, job.policy, job.evidence)
+        bench = course.true_bench(submission.bench_of, submission.policy, submission.evidence)
         content = answers_of(graded.run)["answers"]
         expected = {where: float(own.expected(bench)) for where, own in parts.items()}
         numbers = {where: content.get(where[0], {}).get(where[1], {}).get("value") for where in parts}
@@ -224,9 +224,9 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     delivered : name → content of what was handed in last
     handed_out : digests (:func:`digest`) of files that all students were given
     """
-    facts = facts_of(graded.run)
+    submission = submission_of(graded.run)
     recordings: dict[str, str] = {}
-    if facts.policy is None or facts.policy.which in (OWN, REAL):
+    if submission.policy is None or submission.policy.which in (OWN, REAL):
         for content in (answers_of(graded.run), _at_home(delivered.get(ANSWERS_FILE))):
             recordings |= dict(_recordings(content.get("answers", {})))
     files = {
@@ -236,7 +236,7 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
         if content and not name.endswith(_NOTEBOOK) and name not in (ANSWERS_FILE, COURSE_FILE)
     }
     own = {known: name for known, name in files.items() if known not in handed_out}
-    group = caseless(facts.bench_of or graded.run.student)
+    group = caseless(submission.bench_of)
     return ComparedWork(graded.run.student, group, recordings=recordings, files=own)
 
 

@@ -10,7 +10,7 @@ from labcourse.grading.accounts import Account, AssignmentGrade, account_of
 from labcourse.grading.assignments import Handed
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Arrival, CommentRecord, GivenMark, Gradebook, Graded, RunRecord, StudentRecord
-from labcourse.grading.graded_run import facts_of, key_faults
+from labcourse.grading.graded_run import key_faults, submission_of
 from labcourse.grading.intake import is_unread
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.changes import ChangedMark
@@ -202,7 +202,7 @@ def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, 
     student : ID
     graded : their run that counts, which names their partner; None without a run
     """
-    partner = "" if graded is None else facts_of(graded.run).bench_of
+    partner = "" if graded is None else submission_of(graded.run).bench_of
     if graded is None or not partner or caseless(partner) == caseless(student):
         return book.received(student)
     run, theirs = graded.run, book.received(partner)

@@ -16,7 +16,7 @@ import shutil
 import tempfile
 import threading
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from typing import Any
 from labcourse import course_file
 from labcourse.answers import left_out
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.notebooks import HandIn
+from labcourse.answers.notebooks import Cell
 from labcourse.benches import THEIR_OWN, BenchPolicy
 from labcourse.courses import NOTEBOOKS
 from labcourse.errors import ConfigurationError, GradingError
@@ -120,14 +120,19 @@ class Bundles:
                 digest.update(f"{path} ".encode() + hashlib.sha256(content).digest())
         return digest.hexdigest()
 
-    def choose(self, hand_in: HandIn) -> Chosen:
+    def choose(self, notebooks: Mapping[str, Iterable[Cell]], course_json: Mapping[str, Any]) -> Chosen:
         """Choose the bundle under which a submission is run and marked.
 
         It is the release that its ``course.json`` names, unless the notebooks contradict that or there is none: then
         the release with most of the course's own cells in the notebooks.
+
+        Parameters
+        ----------
+        notebooks : notebook's file name → its cells
+        course_json : content of the submission's ``course.json``
         """
-        named = hand_in.course.get(course_file.RELEASE_KEY)
-        cells = frozenset((name, cell.source.strip()) for name, cells in hand_in.notebooks.items() for cell in cells)
+        named = course_json.get(course_file.RELEASE_KEY)
+        cells = frozenset((name, cell.source.strip()) for name, cells in notebooks.items() for cell in cells)
         release = closest = max(self._cells, key=lambda name: len(cells & self._cells[name]))
         problems, notes = list[Problem](), list[Problem]()
         if isinstance(named, str) and named in self._cells:

@@ -6,81 +6,24 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 from labcourse.answers import answers, words
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.notebooks import CODE, MAX_SOURCE, UNREADABLE, Cell, HandIn
+from labcourse.answers.notebooks import CODE, MAX_SOURCE, UNREADABLE, Cell
 from labcourse.answers.words import TextAnswer
 from labcourse.errors import AnswerError
 from labcourse.grading.running import supplied as supplying
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.supplied import Supplied
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem, Where, as_json
 from labcourse.run import alignment, merge
 from labcourse.run.alignment import Change, Happened, Role
-from labcourse.run.merge import Merged
-from labcourse.run.portability import Version
 from labcourse.run.reasons import ClaimedCells
 
 _LONGEST_CELL = 64  # characters of a cell's id; as Jupyter allows
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A submission as it is run and marked. Made by :func:`prepare`.
-
-    Attributes
-    ----------
-    bundle : the release that it is run with
-    bench_of : ID of the student on whose bench it is run
-    merged : the notebooks to run
-    files : the student's own: relative path → content
-    words : answers in words, from the saved notebooks
-    claim : what was recorded at home; None if that is not known
-    handed_in : file names of the notebooks that were handed in
-    problems, notes : what went wrong, and what is worth knowing
-    reports : file name of a report's PDF → its content; nothing of it is run
-    supplied : "1.2.speed" → value that the instructor supplied in place of a missing answer
-    python : newest version of Python that a notebook was saved with; None if it is not known
-    untouched : names of notebooks, without ending, in which the student changed nothing
-    prepared_from : digest of all that it was prepared from
-    waits : notebook that others handed in who name this student as a partner, unconfirmed → their IDs
-    """
-
-    bundle: Bundle
-    bench_of: str
-    merged: Merged
-    files: Mapping[str, bytes]
-    words: Mapping[Where, TextAnswer]
-    claim: ClaimedCells | None
-    handed_in: tuple[str, ...]
-    problems: tuple[Problem, ...]
-    notes: tuple[Problem, ...]
-    reports: Mapping[str, bytes] = field(default_factory=dict)
-    supplied: Mapping[str, Any] = field(default_factory=dict)
-    python: Version | None = None
-    untouched: tuple[str, ...] = ()
-    prepared_from: str = ""
-    waits: Mapping[str, Sequence[str]] = field(default_factory=dict)
-
-    def run_content(self) -> list[Any]:
-        """Return what a run depends on, as plain data: the owner of the bench, the bundle, the cells and the files.
-
-        A stored run with the same content need not be repeated. Answers in words do not count.
-        """
-        cells = {
-            name: [[cell["id"], cell["source"]] for cell in notebook["cells"]]
-            for name, notebook in self.merged.notebooks.items()
-        }
-        return [self.bench_of, self.bundle.digest, cells, _file_digests(self.files)]
-
-    def digest(self) -> str:
-        """Return a digest of the whole submission, problems and notes included."""
-        not_run = [list(self.words.items()), self.claim, self.handed_in, _file_digests(self.reports)]
-        said = as_json([self.problems, self.notes])
-        return content_digest([self.run_content(), *not_run, said, self.waits])
 
 
 def content_digest(content: object) -> str:
@@ -93,52 +36,71 @@ def _file_digests(files: Mapping[str, bytes]) -> dict[str, str]:
     return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
 
 
+def run_content(submission: Submission) -> list[Any]:
+    """Return what a run depends on, as plain data: the owner of the bench, the bundle, the cells and the files.
+
+    A stored run with the same content need not be repeated. Answers in words do not count.
+    """
+    cells = {
+        name: [[cell["id"], cell["source"]] for cell in notebook["cells"]]
+        for name, notebook in submission.merged.notebooks.items()
+    }
+    return [submission.bench_of, submission.bundle.digest, cells, _file_digests(submission.files)]
+
+
+def submission_digest(submission: Submission, content: list[Any]) -> str:
+    """Return a digest of a whole submission: of what is run (``content``), of what is not, of problems and notes."""
+    not_run = [list(submission.words.items()), submission.claim, submission.handed_in, _file_digests(submission.pdfs)]
+    messages = as_json([submission.problems, submission.notes])
+    return content_digest([content, *not_run, messages, submission.waiting])
+
+
 def prepare(
-    hand_in: HandIn,
+    submission: Submission,
     bundle: Bundle,
     catalogue: Catalogue,
-    student: str,
     *,
     every_cell: bool = False,
     supplied: Sequence[Supplied] = (),
-) -> Prepared:
-    """Prepare a submission for its run.
+) -> None:
+    """Prepare a submission for its run: fill in the notebooks to run, the texts, and what was recorded at home.
 
     Parameters
     ----------
-    hand_in : as it was read
+    submission : with the files that count
     bundle : what it is run with
     catalogue : of the course
-    student : ID of the student on whose bench it is run
     every_cell : leave no cell out
     supplied : values in place of missing ones
     """
-    notebooks = {name: cells for name, cells in hand_in.notebooks.items() if name in bundle.pristine}
-    merged = merge.merged(bundle.pristine, notebooks, every_cell, supplying.code_to_insert(bundle.pristine, supplied))
+    notebooks = {name: cells for name, cells in submission.notebooks.items() if name in bundle.pristine}
+    inserted = supplying.code_to_insert(bundle.pristine, supplied)
+    submission.bundle, submission.notebooks = bundle, notebooks
+    submission.merged = merged = merge.merged(bundle.pristine, notebooks, every_cell, inserted)
     texts: dict[Where, TextAnswer] = {}
-    problems, notes, untouched = list[Problem](), list[Problem](), list[str]()
+    untouched = list[str]()
     budget = words.Budget()
     for name, cells in notebooks.items():
         master = bundle.pristine[name]["cells"]
-        written = words.written(master, cells, hand_in.files, budget=budget)
+        written = words.written(master, cells, submission.files, budget=budget)
         texts |= written.words
-        problems += [replace(problem, where=name) for problem in (*written.problems, *_too_long(cells))]
+        problems = (*written.problems, *_too_long(cells))
         changed = map(_changed, filter(_is_noted, merged.changes[name]))
-        notes += [replace(note, where=name) for note in (*written.notes, *changed, *_repeated(master, cells))]
+        notes = (*written.notes, *changed, *_repeated(master, cells))
+        submission.problems += [replace(problem, where=name) for problem in problems]
+        submission.notes += [replace(note, where=name) for note in notes]
         if not written.words and _is_untouched(master, cells):
-            notes.append(Problem.of(Code.UNTOUCHED, name))
+            submission.notes.append(Problem.of(Code.UNTOUCHED, name))
             untouched.append(name.removesuffix(".ipynb"))
     try:
-        claim = None if hand_in.claim is None else _read_claim(hand_in.claim, catalogue)
+        at_home = submission.answers_at_home
+        submission.claim = None if at_home is None else _read_claim(at_home, catalogue)
     except AnswerError as error:
-        claim = None
-        notes.append(Problem.of(Code.CLAIM_UNREAD, error=str(error)))
-    notes += [Problem.of(Code.VALUE_SUPPLIED, value.name, value=str(value.value)) for value in supplied]
-    files, handed_in = dict(sorted(hand_in.files.items())), tuple(sorted(notebooks))
-    values = {value.name: value.value for value in supplied}
-    messages = (tuple(problems), tuple(notes))
-    run = (bundle, student, merged, files, texts, claim, handed_in, *messages, hand_in.reports, values)
-    return Prepared(*run, untouched=tuple(untouched))
+        submission.notes.append(Problem.of(Code.CLAIM_UNREAD, error=str(error)))
+    submission.notes += [Problem.of(Code.VALUE_SUPPLIED, value.name, value=str(value.value)) for value in supplied]
+    submission.supplied = {value.name: value.value for value in supplied}
+    submission.files = dict(sorted(submission.files.items()))
+    submission.words, submission.untouched = texts, tuple(untouched)
 
 
 def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Iterator[Problem]:

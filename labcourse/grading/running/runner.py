@@ -35,6 +35,9 @@ _SAID_BY = {
     Code.CELL_TIMED_OUT: {Code.TOOK_TOO_LONG},
     Code.PYTHON_DIED: {Code.PYTHON_ENDED, Code.LEFT_PYTHON},
 }
+#: Name → content of the files that came back, which are untrusted claims: those of answers, of reports on cells
+#: (:func:`labcourse.answers.schema.read_reports`) and of evidence; and what went wrong.
+Ran = tuple[Mapping[str, bytes], tuple[Problem, ...]]
 _RETRIES = 3  # of a submission after its worker was lost
 # Copy matplotlib's list of fonts ($0, its folder) to where matplotlib could write it; then become the command ($@).
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
@@ -90,26 +93,8 @@ class Job:
     evidence: str = ""
 
 
-@dataclass(frozen=True)
-class Run:
-    """The result of a run. All but the problems are untrusted claims.
-
-    Attributes
-    ----------
-    answers : content of the answers' file; None if there is none
-    problems : what went wrong
-    reports : on its cells, as :func:`labcourse.answers.cell_reports.read` takes them
-    evidence : what the course's function read of the student's files, JSON
-    """
-
-    answers: bytes | None
-    problems: tuple[Problem, ...] = ()
-    reports: bytes = b""
-    evidence: bytes = b""
-
-
-def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Run:
-    """Run a submission.
+def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ran:
+    """Run a submission. Return what came back, and what went wrong.
 
     Parameters
     ----------
@@ -132,8 +117,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ru
     elif outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
         raise GradingError(f"The released course cannot be run here: {lines[-1] if lines else 'it printed nothing'}")
-    reports, evidence = (outcome.files.get(name, b"") for name in (REPORTS_FILE, inside.EVIDENCE_FILE))
-    return Run(outcome.files.get(ANSWERS_FILE), tuple(_problems(outcome, job.limits)), reports, evidence)
+    return outcome.files, tuple(_problems(outcome, job.limits))
 
 
 def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:

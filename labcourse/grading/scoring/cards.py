@@ -11,7 +11,7 @@ from labcourse.answers.parts import WHOLE, Part, Question
 from labcourse.answers.report_files import NOT_WRITTEN, ReportFile, without_digests
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, RunRecord
-from labcourse.grading.graded_run import facts_of, marking_job
+from labcourse.grading.graded_run import submission_of
 from labcourse.grading.marks import Mark
 from labcourse.grading.reports.feedback import figures_of
 from labcourse.grading.reports.markdown import answer_as_html, as_html, pictures_of
@@ -84,9 +84,9 @@ def _compared(course: Course, run: RunRecord, where: Where) -> str:
     own: Any = getattr(check, "own_bench", None)
     if compared is None and own is None:
         return ""
-    job, part = marking_job(run), course.catalogue.find_marked(where[0]).part(where[1])
+    submission, part = submission_of(run), course.catalogue.find_marked(where[0]).part(where[1])
     try:
-        bench = course.true_bench(job.student, job.policy, job.evidence)
+        bench = course.true_bench(submission.bench_of, submission.policy, submission.evidence)
         return compared(part, bench) if compared else f"{own.expected(bench):.5g} {part.unit} on this student’s bench."
     except Exception as error:  # of the course's own code; an answer is to be seen in any case
         return f"The key does not say: {type(error).__name__}: {error}"
@@ -122,7 +122,7 @@ def report_of(desk: Desk, run: RunRecord | None, where: Where) -> ReportFile | N
     """Return the PDF of the report that a text belongs to, or that is judged as a whole; None if there is none."""
     if run is None:
         return None
-    return facts_of(run).reports_in_pdf.get(desk.catalogue.report_judged.get(where[0], where[0]))
+    return submission_of(run).documents.get(desk.catalogue.report_judged.get(where[0], where[0]))
 
 
 def _text(desk: Desk, run: RunRecord | None, answer: Answer) -> Markup:

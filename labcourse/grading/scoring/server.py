@@ -29,7 +29,7 @@ from labcourse.grading.accounts import points as shown_points
 from labcourse.grading.accounts import worth as in_points
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, StudentRecord
-from labcourse.grading.graded_run import facts_of
+from labcourse.grading.graded_run import submission_of
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.result import lapse, request_text, result_in
 from labcourse.grading.reports.templating import templates
@@ -203,7 +203,7 @@ class Pages:
         about = cards.report_of(self.desk, graded.run, answer.where) if answer and graded else None
         if answer and graded and about:
             # Of a pair, what only the partner handed in is stored as theirs.
-            for student in dict.fromkeys((answer.student, facts_of(graded.run).bench_of or answer.student)):
+            for student in dict.fromkeys((answer.student, submission_of(graded.run).bench_of)):
                 content = self.desk.book.content(student, about.name, about.digest)
                 if content is not None:
                     headers = {

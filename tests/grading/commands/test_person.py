@@ -12,10 +12,10 @@ from day_class import HANDED_IN, NAMES, deliver, fill, score
 from gradebooks import graded, mark, prose, record, report_text, rows
 from made_courses import OURS
 
-from labcourse.grading.batch import Batch, regrade
+from labcourse.grading.batch import Batch
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.gradebook.database import Database
-from labcourse.grading.graded_run import facts_of
+from labcourse.grading.graded_run import regrade, submission_of
 from labcourse.grading.reports.result import received
 from labcourse.problems import Code
 
@@ -192,7 +192,7 @@ def test_who_worked_with_them_keeps_marks_bench_and_times(fake_class, tmp_path):
     assert set(points) == {"ada", "bob", "cleo"} and points["bob"] > 0
     with fake_class.book() as book:
         before, when = {one: book.current(one) for one in points}, received(book, "bob", book.current("bob"))
-        assert facts_of(before["bob"].run).bench_of == "ada" and when
+        assert submission_of(before["bob"].run).bench_of == "ada" and when
     done = rotflex(
         *("person", "erase", tmp_path / "book.sqlite", "ada", "--out", tmp_path / "none", "--by", "lea"),
         *("--solutions", fake_class.course.folder, "--yes"),
@@ -203,7 +203,7 @@ def test_who_worked_with_them_keeps_marks_bench_and_times(fake_class, tmp_path):
         for one in ("bob", "cleo"):
             now = book.current(one)
             assert now.marks == before[one].marks
-            assert facts_of(now.run).bench_of == "bob"  # the same for both: they worked together
+            assert submission_of(now.run).bench_of == "bob"  # the same for both: they worked together
             assert received(book, one, now) == when
         for one in regrade(book, fake_class.course):
             assert (one.problem, one.after.marks) == ("", before[one.after.run.student].marks)

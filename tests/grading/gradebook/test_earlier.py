@@ -7,7 +7,7 @@ from contextlib import closing
 import pytest
 from command_line import rotflex, said
 from earlier_gradebook import VERSION, turned_back
-from fake_class import FakeClass, perfect
+from fake_class import FakeClass, left, perfect
 from gradebook_dump import dump
 from set_clock import END_OF_TERM, set_clock
 from typer.main import get_command
@@ -15,7 +15,7 @@ from typer.main import get_command
 from labcourse.errors import IsolationError
 from labcourse.grading.gradebook import Gradebook, earlier
 from labcourse.grading.overview import class_overview
-from labcourse.grading.running import isolation_report, runner
+from labcourse.grading.running import isolation_report
 from labcourse.grading.verdicts import Status
 from rotflex.cli import app
 
@@ -171,7 +171,7 @@ def test_the_new_gradebook_is_that_of_a_class_that_was_not_disturbed(old):
 
 
 def test_a_mark_that_is_another_now_is_in_the_trail_with_the_one_before(old):
-    old.leaves["hal"] = runner.Run(perfect("hal", 7, omega_n=1.0))
+    old.leaves["hal"] = left(perfect("hal", 7, omega_n=1.0))
     old.take_over("changed")
     with Gradebook(old.folder / "changed" / "gradebook.sqlite") as book, Gradebook(old.book_file) as first:
         added, before = book.audit()[len(first.audit()) :], first.current("hal").marks

@@ -20,7 +20,7 @@ from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, StudentRec
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.persons import MARKER, Person
 from labcourse.grading.gradebook.records import Base, Excuse
-from labcourse.grading.graded_run import Facts
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem
 
 WHEN = datetime(2026, 3, 2, tzinfo=UTC)
@@ -279,9 +279,10 @@ def test_short_names_are_not_looked_for():
 
 
 def test_an_id_that_somebody_typed_in_a_notebook_is_erased():
-    facts = Facts(reports=CellReports(unused=(("a.ipynb", "student", "ann"), ("a.ipynb", "bench", "x"))))
-    erased = erasure._redacted(facts, Person(StudentRecord("ann")))
-    assert erased.reports.unused == (("a.ipynb", "student", "[erased]"), ("a.ipynb", "bench", "x"))
+    typed = (("a.ipynb", "student", "ann"), ("a.ipynb", "bench", "x"))
+    submission = Submission(student="ada", cell_reports=CellReports(unused=typed))
+    erasure._redact(submission, Person(StudentRecord("ann")))
+    assert submission.cell_reports.unused == (("a.ipynb", "student", "[erased]"), ("a.ipynb", "bench", "x"))
 
 
 @pytest.mark.parametrize(

@@ -36,9 +36,9 @@ def taken_in(root, files):
     lay(root / "ada", files)
     for submission in intake.find(root).submissions:
         if submission.student == "ada":
-            found = intake.read(submission, WANTED)
-            hand_in, _notes = intake.newest(found.items, WANTED)
-            return hand_in, [*found.problems(), *found.notes, *submission.problems, *submission.notes]
+            intake.read(submission, WANTED)
+            intake.choose_newest(submission, submission.items, WANTED)
+            return submission, [*intake.unread_problems(submission), *submission.problems, *submission.notes]
     return None
 
 
@@ -58,7 +58,7 @@ def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
         assert (BROKEN in hand_in.notebooks) != any(one.where == BROKEN for one in reported)
     elif name == "answers.json":
         bundle = Bundle(b"", {}, {}, (), "", CATALOGUE)
-        prepared = prepare(hand_in, bundle, CATALOGUE, "ada")
-        assert (prepared.claim is not None) != any("answers.json" in sentence(note) for note in prepared.notes)
+        prepare(hand_in, bundle, CATALOGUE)
+        assert (hand_in.claim is not None) != any("answers.json" in sentence(note) for note in hand_in.notes)
     else:
         assert hand_in.course or content == b"{}" or has(Code.COURSE_FILE_UNREAD, reported, name)

@@ -14,6 +14,7 @@ from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives, finding, owners, platforms, reading
 from labcourse.grading.intake.archives import Shelf, StoredFile, Unreadable
+from labcourse.grading.submission import OWNER
 from labcourse.problems import Code, Problem, has
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace")]
@@ -27,7 +28,7 @@ def limited(monkeypatch, module, name, size, fits):
 def read(folder, roster=ROSTER):
     submission = next(one for one in intake.find(folder, roster).submissions if one.student == "ada")
     delivered = intake.read(submission, WANTED)
-    reported = within([*delivered.problems(), *delivered.notes])
+    reported = within([*intake.unread_problems(delivered), *delivered.notes])
     return sorted({item.name for item in delivered.items} & set(WANTED)), reported, delivered
 
 
@@ -132,7 +133,7 @@ def test_bytes_of_a_course_file(tmp_path, monkeypatch, fits):
     files = work("ada")
     limited(monkeypatch, finding, "MAX_COURSE_FILE", len(files["course.json"]), fits)
     lay(tmp_path / "final", files)
-    (row,) = [doubt for doubt in intake.find(tmp_path, ROSTER).doubts if doubt.about == intake.OWNER]
+    (row,) = [doubt for doubt in intake.find(tmp_path, ROSTER).doubts if doubt.about == OWNER]
     assert (row.assumed, row.alternatives) == (("", "ada") if fits else ("final", ""))
 
 
@@ -243,7 +244,7 @@ def test_a_zip_of_the_whole_class(tmp_path, monkeypatch, fits, name):
     submissions = intake.find(path, roster).submissions if fits else []
     assert [one.student for one in submissions] == ["ada", "bob"] * fits
     for submission in submissions:  # which lie in an archive that is larger than a student's may be
-        assert intake.read(submission, WANTED).problems() == []
+        assert intake.unread_problems(intake.read(submission, WANTED)) == []
     if not fits:
         assert has(Code.TOO_MANY_BYTES, within(intake.find(path, roster).ignored[:1]))
 

@@ -8,8 +8,8 @@ from packings import WANTED, lay, notebook, work, zipped
 
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import Delivery, StudentRecord
-from labcourse.grading.intake import OWNER, TIME_RECEIVED
 from labcourse.grading.intake.platforms import parse_time
+from labcourse.grading.submission import OWNER, TIME_RECEIVED
 from labcourse.problems import Code, Problem
 
 A, B, C = WANTED
@@ -23,8 +23,9 @@ def read(root, decisions=None):
     return intake.read(submission, WANTED, MASTERS, decisions=decisions)
 
 
-def source_of_first(contents):
-    return intake.newest(contents.items, WANTED)[0].notebooks[A][0].source
+def source_of_first(submission):
+    intake.choose_newest(submission, submission.items, WANTED)
+    return submission.notebooks[A][0].source
 
 
 COPY = "01_first_look (1).ipynb"
@@ -69,7 +70,7 @@ def test_a_decision_for_a_file_that_is_not_there_is_reported(tmp_path):
     lay(tmp_path / "ada", {A: ANSWERED, COPY: EMPTY})
     delivered = read(tmp_path, {("ada", A): "02.ipynb"})
     assert source_of_first(delivered) == "x = 1"
-    assert delivered.problems()[0] == Problem.of(Code.DECISION_ON_NO_FILE, A, file="02.ipynb")
+    assert intake.unread_problems(delivered)[0] == Problem.of(Code.DECISION_ON_NO_FILE, A, file="02.ipynb")
 
 
 def test_an_instructor_decides_owner_and_time(tmp_path):
@@ -99,8 +100,8 @@ def test_an_empty_notebook_that_came_later_does_not_replace_an_answered_one(tmp_
         lay(tmp_path, {name: zipped(files, when)})
     (submission,) = intake.find(tmp_path).submissions
     read = intake.read(submission, WANTED, MASTERS)
-    counts = intake.newest(read.items, WANTED)[0].notebooks
-    assert [counts[name][0].source for name in WANTED] == ["x = 1", "x = 2", ""]
+    intake.choose_newest(read, read.items, WANTED)
+    assert [read.notebooks[name][0].source for name in WANTED] == ["x = 1", "x = 2", ""]
     assert read.notes == [Problem.of(Code.EMPTY_BESIDE_ANSWERED, A, source="ada (2).zip")]
 
 
@@ -131,7 +132,7 @@ def test_a_partner_may_stand_in_a_list_or_alone(tmp_path, partner):
 def test_a_program_in_place_of_a_notebook_is_named_and_comes_along(tmp_path):
     lay(tmp_path / "ada", {A: ANSWERED, B.replace(".ipynb", ".py"): b"omega_n = 21\n", C: notebook(C)})
     contents = read(tmp_path)
-    (problem,) = contents.problems()
+    (problem,) = intake.unread_problems(contents)
     why = Problem.of(Code.NO_NOTEBOOK_IN_PLACE, B, files=[B.replace(".ipynb", ".py")])
     assert problem == Problem.of(Code.NOTEBOOK_UNREAD, B, why=why)
     assert {item.name for item in contents.items} == {A, C, B.replace(".ipynb", ".py")}

@@ -15,6 +15,7 @@ from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import platforms
 from labcourse.grading.intake.owners import Roster
 from labcourse.grading.intake.platforms import Label, label_of
+from labcourse.grading.submission import OWNER, TIME_RECEIVED
 from labcourse.problems import Code, Problem
 from labcourse.sentences import sentence
 
@@ -29,11 +30,11 @@ WEST = timezone(timedelta(hours=-5))
 
 def first_answer(found, student, name=WANTED[0]):
     submission = next(one for one in found.submissions if one.student == student)
-    delivered = intake.read(submission, WANTED)
-    hand_in, _notes = intake.newest(delivered.items, WANTED)
-    assert delivered.problems() == []
-    assert set(hand_in.notebooks) == set(WANTED)
-    return hand_in.notebooks[name][0].source
+    intake.read(submission, WANTED)
+    intake.choose_newest(submission, submission.items, WANTED)
+    assert intake.unread_problems(submission) == []
+    assert set(submission.notebooks) == set(WANTED)
+    return submission.notebooks[name][0].source
 
 
 def students(found):
@@ -45,7 +46,7 @@ def test_nobody_is_guessed_whom_the_roster_does_not_have(tmp_path):
     lay(tmp_path, packings.moodle("Emmy Noether", 1234568, work("bob")))
     found = intake.find(tmp_path, ROSTER)
     assert students(found) == ["bob"]
-    assert [doubt.alternatives for doubt in found.doubts if doubt.about == intake.OWNER] == ["ada"]
+    assert [doubt.alternatives for doubt in found.doubts if doubt.about == OWNER] == ["ada"]
     (told,) = found.ignored
     assert told.parameters["files"] == ["Grace Hopper_7_assignsubmission_file_"]
     whys = [Problem.of(Code.PLATFORM_NAME_UNKNOWN, platform="Moodle"), Problem.of(Code.COURSE_FILE_NAMES, named="ada")]
@@ -177,7 +178,7 @@ SAVED, LAID = datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC), datetime(2026, 11, 
 def test_the_clock_of_the_students_computer_is_no_time_of_receipt(tmp_path, files, is_trusted):
     found = intake.find(lay(tmp_path, files, LAID), ROSTER)
     piece = only_piece(found)
-    assert bool(piece.clock) == is_trusted == (intake.TIME_RECEIVED not in {one.about for one in found.doubts})
+    assert bool(piece.clock) == is_trusted == (TIME_RECEIVED not in {one.about for one in found.doubts})
     if is_trusted:
         assert piece.received == LAID
 
@@ -192,10 +193,10 @@ def test_the_newest_of_each_notebook_counts_and_what_came_when_is_reported(tmp_p
     lay(tmp_path, packings.blackboard("ada", "2026-11-21-13-05-59", {"ada.zip": zipped(work(answer="old = 1"))}))
     stage = work(answer="new = 1", names=WANTED[1:])
     lay(tmp_path, packings.blackboard("ada", "2026-12-01-09-00-00", {"ada.zip": zipped(stage)}))
-    found = intake.find(tmp_path, ROSTER)
-    assert [first_answer(found, "ada", name) for name in WANTED] == ["old = 1", "new = 1", "new = 1"]
-    items = intake.read(found.submissions[0], WANTED).items
-    first, second = intake.newest(items, WANTED)[1]
+    (submission,) = intake.find(tmp_path, ROSTER).submissions
+    intake.read(submission, WANTED)
+    first, second = intake.choose_newest(submission, submission.items, WANTED)
+    assert [submission.notebooks[name][0].source for name in WANTED] == ["old = 1", "new = 1", "new = 1"]
     assert (first.parameters["time"], first.parameters["names"]) == ("2026-11-21 13:05", WANTED[:1])
     assert (second.parameters["time"], second.parameters["names"]) == ("2026-12-01 09:00", WANTED[1:])
     assert first.code is second.code is Code.ARRIVED
@@ -277,9 +278,9 @@ def test_own_files_that_differ_in_a_number_only_are_both_had_under_their_own_nam
     own = {"tools.py": b"G = 1\n", "tools-1.py": b"G = 2\n", "data-31.csv": b"3\n", "h-1.py": b"4\n", "h-2.py": b"5\n"}
     lay(tmp_path, packings.canvas("lovelaceadaking", 12345, work() | own))
     (submission,) = intake.find(tmp_path, ROSTER).submissions
-    delivered = intake.read(submission, WANTED)
-    hand_in, _notes = intake.newest(delivered.items, WANTED)
-    assert hand_in.files == own | {"data.csv": b"3\n"}
+    intake.read(submission, WANTED)
+    intake.choose_newest(submission, submission.items, WANTED)
+    assert submission.files == own | {"data.csv": b"3\n"}
 
 
 def test_a_time_without_a_zone_is_of_the_one_where_it_is_read():

@@ -31,9 +31,9 @@ class Read:
     def __init__(self, root, masters=None, packages=("rotflex",)):
         self.found = intake.find(root)
         (submission,) = self.found.submissions
-        self.delivered = intake.read(submission, WANTED, masters, packages=packages)
-        self.problems, self.notes = self.delivered.problems(), self.delivered.notes
-        self.hand_in, self.missing = intake.newest(self.delivered.items, WANTED)
+        self.delivered = self.hand_in = intake.read(submission, WANTED, masters, packages=packages)
+        self.problems, self.notes = intake.unread_problems(submission), submission.notes
+        self.missing = intake.choose_newest(submission, submission.items, WANTED)
 
     @property
     def notebooks(self):
@@ -73,7 +73,7 @@ def test_notebooks_own_files_the_claim_and_the_course_file_are_taken(taken):
     result = taken(work(release="r7") | {"answers.json": b'{"a": 1}'} | own)
     assert result.notebooks == WANTED and result.first(A) == "x = 1"
     assert result.hand_in.files == own
-    assert result.hand_in.claim == b'{"a": 1}'
+    assert result.hand_in.answers_at_home == b'{"a": 1}'
     assert result.hand_in.course == {"student": "ada", "release": "r7"}
     assert (result.problems, result.notes, result.missing) == ([], [], [])
 
@@ -88,12 +88,12 @@ def test_what_rotflex_submit_packs_is_taken_just_as_it_is_at_home(tmp_path, part
     found = intake.find(tmp_path / "in")
     assert [one.student for one in found.submissions] == ["ada", *partners] and found.ignored == []
     delivered = intake.read(found.submissions[0], WANTED)
-    hand_in, _notes = intake.newest(delivered.items, WANTED)
+    intake.choose_newest(delivered, delivered.items, WANTED)
     at_home = student_folder.read(home, WANTED).hand_in
-    assert hand_in.files == at_home.files == {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1"}
-    assert (hand_in.notebooks, hand_in.claim) == (at_home.notebooks, at_home.claim)
-    assert hand_in.course == {**at_home.course, **({"with": partners} if partners else {})}
-    assert delivered.problems() == delivered.notes == []
+    assert delivered.files == at_home.files == {"helpers.py": b"G = 2\n", "data/m\u00fc.csv": b"1"}
+    assert (delivered.notebooks, delivered.answers_at_home) == (at_home.notebooks, at_home.claim)
+    assert delivered.course == {**at_home.course, **({"with": partners} if partners else {})}
+    assert intake.unread_problems(delivered) == delivered.notes == []
 
 
 def test_a_whole_release_handed_in_counts_by_the_folder_of_its_notebooks(taken):
@@ -257,10 +257,10 @@ def test_a_notebook_that_could_not_be_read_and_was_handed_in_again_is_no_problem
 def test_a_zip_that_cannot_be_read_is_reported_and_no_longer_a_problem_once_it_was_handed_in_again(tmp_path):
     lay(tmp_path, {"ada.zip": b"no zip"})
     ada = intake.read(intake.find(tmp_path).submissions[0], WANTED)
-    assert codes(ada.problems()) == [(Code.SUBMISSION_UNREAD, "ada.zip")]
+    assert codes(intake.unread_problems(ada)) == [(Code.SUBMISSION_UNREAD, "ada.zip")]
     lay(tmp_path, {"ada (1).zip": zipped(work(), datetime(2107, 1, 1))})
     ada = intake.read(intake.find(tmp_path).submissions[0], WANTED)
-    assert ada.problems() == [] and codes(ada.notes[:1]) == [(Code.SUBMISSION_UNREAD, "ada.zip")]
+    assert intake.unread_problems(ada) == [] and codes(ada.notes[:1]) == [(Code.SUBMISSION_UNREAD, "ada.zip")]
 
 
 @pytest.mark.parametrize("name", ["Random.py", "springlab.py"])
@@ -342,7 +342,7 @@ def test_a_zip_that_says_something_else_of_a_file_and_one_of_another_make_are_pr
     lay(tmp_path / "in", {"ada.zip": bytes(packed), "bob/work.7z": b"7z", "eve.rar": b"rar"})
     found = intake.find(tmp_path / "in")
     assert [one.student for one in found.submissions] == ["ada", "bob", "eve"]
-    reported = {one.student: intake.read(one, WANTED).problems() for one in found.submissions}
+    reported = {one.student: intake.unread_problems(intake.read(one, WANTED)) for one in found.submissions}
     assert reported["ada"][0].where == A and has(why, within(reported["ada"][:1]))
     assert Problem.of(Code.PACKED_ARCHIVES, files=["work.7z"]) in within(reported["bob"][:1])
     assert Problem.of(Code.PACKED_OTHERWISE) in within(reported["eve"][:1])

@@ -25,10 +25,10 @@ def put(folder, name, answer, when, names=WANTED):
 
 def taken(folder, roster):
     (submission,) = intake.find(folder, roster).submissions
-    delivered = intake.read(submission, WANTED)
-    assert delivered.problems() == []
-    hand_in, _notes = intake.newest(delivered.items, WANTED)
-    return submission, {name: cells[0].source for name, cells in hand_in.notebooks.items()}
+    intake.read(submission, WANTED)
+    assert intake.unread_problems(submission) == []
+    intake.choose_newest(submission, submission.items, WANTED)
+    return submission, {name: cells[0].source for name, cells in submission.notebooks.items()}
 
 
 PAIRS = [("ada", "ADA.zip"), ("Ada", "ada (1).zip"), ("ADA.zip", "ada (1).zip"), ("ada", "Ada ")]
@@ -64,7 +64,7 @@ def test_two_that_cannot_be_read_are_both_reported_and_the_third_counts(tmp_path
     (submission,) = intake.find(tmp_path, ROSTER).submissions
     delivered = intake.read(submission, WANTED)
     unread = [(Code.SUBMISSION_UNREAD, name) for name in ("ada (1).zip", "ADA (2).zip")]
-    assert delivered.problems() == [] and codes(delivered.notes) == unread
+    assert intake.unread_problems(delivered) == [] and codes(delivered.notes) == unread
     assert {item.name for item in delivered.items if item.source == "ada"} == {*WANTED, "course.json"}
 
 

@@ -10,6 +10,7 @@ from packings import WANTED, lay, under, work, zipped
 
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
+from labcourse.grading.submission import OWNER, PARTNER, PLATFORM, TIME_RECEIVED
 
 DUE = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
 BEFORE, AFTER = DUE - timedelta(days=3), DUE + timedelta(days=2)
@@ -134,7 +135,7 @@ def test_neither_owner_nor_time_is_what_a_student_wrote(tmp_path, form):
         times = {time for pieces in theirs.values() for _source, time in pieces}
         minutes = {when.replace(second=0)} if "Brightspace" in form else {when}
         assert times <= minutes, (part, by, when)
-        assert intake.PLATFORM not in rows and (intake.OWNER in rows) == (not known), (part, by)
+        assert PLATFORM not in rows and (OWNER in rows) == (not known), (part, by)
         cells += 1
     assert cells == len(PARTS) * 5 * 3
 
@@ -145,10 +146,10 @@ def test_a_download_of_one_file_is_right_or_asks_once(tmp_path, form):
         path = download(tmp_path / str(number), form, "name", {ADA: part}, AFTER, False)
         found = intake.find(path, roster(form, "number" if form in BLIND else "name"))
         theirs, rows = outcome(found)
-        assert [*theirs] == [ADA.id] or (not found.submissions and rows == [intake.PLATFORM])
+        assert [*theirs] == [ADA.id] or (not found.submissions and rows == [PLATFORM])
         answer = {"platform": form.partition(",")[0].partition("'")[0]}
         decided, rows = outcome(intake.find(path, roster(form, "number" if form in BLIND else "name"), **answer))
-        assert [*decided] == [ADA.id] and intake.PLATFORM not in rows
+        assert [*decided] == [ADA.id] and PLATFORM not in rows
 
 
 #: What honest students call their zips.
@@ -187,13 +188,13 @@ def test_honest_names_ask_nothing_and_all_is_read(tmp_path, form, layout):
         }
         path = laid(tmp_path / str(number), layout, files)
         found = intake.find(path, roster(form, "number" if form in BLIND else "name"))
-        asked = [row for row in found.doubts if row.about != intake.TIME_RECEIVED]
+        asked = [row for row in found.doubts if row.about != TIME_RECEIVED]
         assert not asked and not found.ignored, (part, asked, found.ignored)
         assert [one.student for one in found.submissions] == ["ada", "eve"], part
         for one in found.submissions:
-            hand_in, _notes = intake.newest(intake.read(one, WANTED).items, WANTED)
-            assert {*hand_in.notebooks} == {*WANTED}, part
-            assert hand_in.notebooks[WANTED[0]][0].source == f"by = {one.student!r}"
+            intake.choose_newest(one, intake.read(one, WANTED).items, WANTED)
+            assert {*one.notebooks} == {*WANTED}, part
+            assert one.notebooks[WANTED[0]][0].source == f"by = {one.student!r}"
 
 
 def test_ones_own_download_may_be_uploaded_again_and_mail_may_lie_beside_a_platform(tmp_path):
@@ -235,7 +236,7 @@ def test_long_names_and_a_file_without_a_name_are_their_platforms(tmp_path):
     path.write_bytes(zipped(files, BEFORE))
     found = intake.find(path, roster("Canvas", "name"))
     assert [one.student for one in found.submissions] == ["ada", "bob", "eve"]
-    assert intake.PLATFORM not in outcome(found)[1]
+    assert PLATFORM not in outcome(found)[1]
 
 
 def test_a_download_without_times_takes_none_from_an_archive_in_an_archive(tmp_path):
@@ -251,5 +252,5 @@ def test_a_student_has_four_partners_at_most(tmp_path):
     lay(tmp_path, {"ada.zip": zipped(pieces)})
     known = [StudentRecord("ada"), *(StudentRecord(f"s{n}{place}") for n in range(9) for place in range(4))]
     found = intake.find(tmp_path, known)
-    assert len([row for row in found.doubts if row.about == intake.PARTNER]) == 4
+    assert len([row for row in found.doubts if row.about == PARTNER]) == 4
     assert sum(bool(one.unconfirmed) for one in found.submissions) == 4

@@ -16,8 +16,8 @@ from labcourse.grading import course as courses
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking import marking_processes as marker
 from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
-from labcourse.grading.marking.marking import Context
 from labcourse.grading.marks import Status
+from labcourse.grading.submission import Submission
 from labcourse.grading.verdicts import Case, right
 from labcourse.problems import Code, Problem
 from rotflex import hil, model
@@ -27,6 +27,7 @@ from rotflex.hil.student_benches import student_seed
 from solutions.true_bench import TrueBench
 
 SEED = 2024
+SUBMISSION = Submission(student="ada", probe_seed=SEED)
 SWEEP, SPECTRUM_PLOT = ("2.9", "sweep"), ("2.10", "figure")
 RIGHT, WRONG = Status.RIGHT, Status.WRONG
 
@@ -66,7 +67,7 @@ def claims(values, **changes):
 @pytest.fixture
 def marks(key, bench):
     def mark(values, course=None, **changes):
-        found = marking.mark(course or key, claims(values, **changes), bench, SEED)
+        found = marking.mark(course or key, claims(values, **changes), bench, SUBMISSION)
         return {(mark.question, mark.part): mark for mark in found}
 
     return mark
@@ -113,7 +114,7 @@ def test_an_answer_of_another_form_is_malformed_and_wrong_and_the_others_count(c
     read = decoding.decode(
         file({OMEGA: content, ("2.12", "J_l"): {"kind": "number", "value": bench.J_l}}), SEED, CATALOGUE
     )
-    found = {(mark.question, mark.part): mark for mark in marking.mark(key, read, bench, SEED)}
+    found = {(mark.question, mark.part): mark for mark in marking.mark(key, read, bench, SUBMISSION)}
     assert (found[OMEGA].status, found[OMEGA].points) == (WRONG, 0)
     assert found[OMEGA].reason == Problem.of(Code.MALFORMED, error=read.malformed[OMEGA])
     assert found["2.12", "J_l"].points == 1
@@ -190,7 +191,7 @@ def amplitude_spectrum(x, dt, padded=None, factor=2.0):
 def test_a_check_that_fails_on_an_odd_claim_leaves_it_to_a_person_and_the_others_count(bench):
     broken, sound = Number("x", lambda bench: float("?"), 0.1), Number("x", lambda bench: bench.K_s, 0.1)
     key = {"2.12": {"J_l": broken, "K_s": sound}}
-    found = marking.mark(only(key), claims({("2.12", "J_l"): 1.0, ("2.12", "K_s"): bench.K_s}), bench, SEED)
+    found = marking.mark(only(key), claims({("2.12", "J_l"): 1.0, ("2.12", "K_s"): bench.K_s}), bench, SUBMISSION)
     assert [(mark.status, mark.points) for mark in found] == [(Status.FOR_A_PERSON, 0), (RIGHT, 2)]
     assert found[0].reason.code is Code.NOT_COMPARED and "ValueError" in found[0].reason.parameters["error"]
 
@@ -261,7 +262,7 @@ def test_a_check_may_find_it_right_that_there_is_no_answer(bench, finds, status,
     question = CATALOGUE.find("2.11")
     key = {"2.11": {part.name: Perhaps(finds) if part.name == "omega_n" else ForAPerson() for part in question.parts}}
     claims = decoding.Claims()
-    marks = marking.mark(replace(OURS, key=key), claims, bench, 7)
+    marks = marking.mark(replace(OURS, key=key), claims, bench, Submission(student="ada", probe_seed=7))
     found = [(one.status, one.points, one.reason) for one in marks if one.part == "omega_n"]
     assert found == [(status, points, reason)]
 
@@ -270,7 +271,7 @@ def test_a_fault_of_a_check_that_looks_at_a_missing_answer_is_a_fault_of_the_key
     question = CATALOGUE.find("2.11")
     key = {"2.11": {part.name: Perhaps(lambda: 1 + "1") for part in question.parts}}
     claims = decoding.Claims()
-    marks = marking.mark(replace(OURS, key=key), claims, bench, 7)
+    marks = marking.mark(replace(OURS, key=key), claims, bench, Submission(student="ada", probe_seed=7))
     assert {one.status for one in marks} == {Status.NOT_MARKED}
     assert {one.reason for one in marks} == {Problem.of(Code.KEY_HAS_FAULT)}
     failed = [(one.code, one.parameters["question"], one.parameters["part"]) for one in claims.problems]
@@ -294,21 +295,22 @@ def answers_with(tmp_path):
     return of
 
 
-def marks_given(answers_with, about):
+def marks_given(answers_with, asked=None):
     data, seed = answers_with
     marker._courses[:] = [OURS]
-    done = marker._mark_answers(marker.MarkingJob("ada", data, seed, context=about, policy=OWN_BENCH))
-    return {(one.question, one.part): one.status for one in done.marks}
+    submission = Submission(student="ada", answers=data, probe_seed=seed, asked=asked, policy=OWN_BENCH)
+    marks, _problems, _notes = marker._mark_answers(submission)
+    return {(one.question, one.part): one.status for one in marks}
 
 
 def test_what_a_student_claims_in_place_of_what_is_given_counts_for_nothing(answers_with):
     claimed = answers_with(2.6)
-    assert marks_given(claimed, Context())["2.14", "A"] == Status.FOLLOW_THROUGH  # who was asked for it: it follows
-    given = marks_given(claimed, Context(asked_parts=MATRICES))
+    assert marks_given(claimed)["2.14", "A"] == Status.FOLLOW_THROUGH  # who was asked for it: it follows
+    given = marks_given(claimed, MATRICES)
     assert set(given) == set(MATRICES) and given["2.14", "A"] == Status.WRONG
 
 
 def test_what_follows_from_what_is_given_is_right(answers_with):
     values = OURS.given_values("ada", OWN_BENCH, MATRICES)
-    found = marks_given(answers_with(values["2.12", "K_s"]), Context(asked_parts=MATRICES))
+    found = marks_given(answers_with(values["2.12", "K_s"]), MATRICES)
     assert set(found.values()) == {Status.RIGHT}

@@ -14,7 +14,8 @@ from made_courses import loaded
 
 from labcourse.errors import GradingError
 from labcourse.grading.marking import decoding, marking, marking_processes
-from labcourse.grading.marking.marking_processes import Marker, MarkingJob
+from labcourse.grading.marking.marking_processes import Marker
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code
 from solutions.true_bench import TrueBench
 
@@ -45,6 +46,10 @@ def answers(student):
     return json.dumps({**book, "answers": {"2.11": {"omega_n": number}}}).encode()
 
 
+def answered(student):
+    return Submission(student=student, answers=answers(student), probe_seed=1)
+
+
 def test_an_answer_that_kills_its_marker_costs_no_other_its_marks(course):
     """Three at a time, so that the pool breaks under the neighbours, too."""
     students = ["ada", "bomb", "bob", "cleo", "bomb", "dan"]
@@ -52,7 +57,8 @@ def test_an_answer_that_kills_its_marker_costs_no_other_its_marks(course):
 
     def mark(number, student):
         try:
-            results[number] = sum(one.points for one in marker.mark(MarkingJob(student, answers(student), 1)).marks)
+            marker.mark(submission := answered(student))
+            results[number] = sum(one.points for one in submission.marks)
         except GradingError as error:
             results[number] = str(error)
 
@@ -79,7 +85,8 @@ def test_answers_that_wait_while_a_neighbour_has_the_processes_ended_are_marked_
 
     monkeypatch.setattr(marking_processes, "_submit", ended_meanwhile)
     with Marker(course, 1) as marker:
-        assert marker.mark(MarkingJob("ada", answers("ada"), 1)).marks[0].points == 2
+        marker.mark(submission := answered("ada"))
+    assert submission.marks[0].points == 2
     assert len(set(map(id, seen))) == 2
 
 
@@ -96,11 +103,12 @@ def test_no_marking_process_outlives_a_program_that_was_killed(course):
     code = f"""
 import sys, time
 from pathlib import Path
-from labcourse.grading.marking.marking_processes import MarkingJob, Marker
+from labcourse.grading.marking.marking_processes import Marker
+from labcourse.grading.submission import Submission
 from labcourse.grading import course
 if __name__ == "__main__":
     marker = Marker(course.load(Path({str(course.folder)!r})), 1)
-    marker.mark(MarkingJob("ada", {answers("ada")!r}, 1))
+    marker.mark(Submission(student="ada", answers={answers("ada")!r}, probe_seed=1))
     print("ready", flush=True)
     time.sleep(600)
 """

@@ -10,8 +10,8 @@ from made_courses import OURS
 from labcourse.answers.words import TextAnswer
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.marking.decoding import Claims
-from labcourse.grading.marking.marking import Context
 from labcourse.grading.marks import Status
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem
 
 REPORT, WHOLE = "Modeling report", "Modeling report, as a whole"
@@ -26,7 +26,7 @@ def claims(texts):
 
 
 def marks(texts, asked=None):
-    found = marking.mark(COURSE, claims(texts), bench=None, probe_seed=1, context=Context(asked_parts=asked))
+    found = marking.mark(COURSE, claims(texts), None, Submission(student="ada", probe_seed=1, asked=asked))
     return {(one.question, one.part): one for one in found}
 
 
@@ -52,7 +52,7 @@ def test_an_answer_to_it_that_somebody_smuggles_in_is_none():
     decoding._add_answer(read, OURS.catalogue, *where, {"kind": "whole", "value": "Give me the point."})
     assert where not in read.values
     assert read.notes == [Problem.of(Code.ANSWER_TO_NOTHING, number=WHOLE, name="organisation")]
-    found = marking.mark(COURSE, read, bench=None, probe_seed=1)
+    found = marking.mark(COURSE, read, None, Submission(student="ada", probe_seed=1))
     assert {one.status for one in found} == {Status.MISSING}
 
 
@@ -65,7 +65,10 @@ def test_marking_leaves_the_claims_as_they_are_and_tells_faults_of_the_key_in_th
 
     key = {**COURSE.key, WHOLE: {"organisation": Failing(), "appearance": OURS.key[WHOLE]["appearance"]}}
     read = claims({AIM: "We shook it."})
-    found = {(one.question, one.part): one for one in marking.mark(replace(COURSE, key=key), read, None, 1)}
+    found = {
+        (one.question, one.part): one
+        for one in marking.mark(replace(COURSE, key=key), read, None, Submission(student="ada", probe_seed=1))
+    }
     assert found[WHOLE, "organisation"].status is Status.NOT_MARKED
     assert found[WHOLE, "organisation"].given == found[WHOLE, "appearance"].given != ""
     assert list(read.values) == [AIM]

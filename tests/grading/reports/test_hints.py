@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from gradebooks import graded, mark, record
+from gradebooks import facts, graded, mark, record
 from hypothesis import given as given_of
 from hypothesis import strategies as st
 from made_courses import OURS
@@ -16,7 +16,6 @@ from made_courses import OURS
 from labcourse.answers.forms import encode_recording
 from labcourse.benches import SAME, THEIR_OWN, BenchPolicy
 from labcourse.grading.gradebook import Delivery
-from labcourse.grading.graded_run import Facts
 from labcourse.grading.marking.checks import ForAPerson, Number
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import hints
@@ -130,7 +129,7 @@ def book_with(student, answers):
 
 def recorded(student, recording, group="", policy=THEIR_OWN, at_home=None):
     here, there = (one and book_with(student, {"2.9": {"sweep": one}}) for one in (recording, at_home))
-    run = graded(student, answers=here, cells=Facts(bench_of=group or student, policy=policy).as_json())
+    run = graded(student, answers=here, cells=facts(bench_of=group or student, policy=policy))
     return hints.handed_in(run, {"answers.json": there} if there else {})
 
 
@@ -188,7 +187,7 @@ def test_what_has_not_the_form_of_a_recording_is_passed_over(sweeps, change):
 
 def of_bench(student, bench_of="", **files):
     kept = {f"recordings/{name}.mat": content for name, content in files.items()}
-    return hints.handed_in(graded(student, cells=Facts(bench_of=bench_of).as_json()), kept)
+    return hints.handed_in(graded(student, cells=facts(student, bench_of=bench_of)), kept)
 
 
 def having(student, handed_out=(), **files):
@@ -241,9 +240,8 @@ def course():
 
 def answered(student, value, status, bench_of=""):
     content = book_with(student, {"2.11": {"omega_n": {"kind": "number", "value": value}}})
-    facts = Facts(bench_of=bench_of or student, policy=BenchPolicy()).as_json()
     marks = Mark("2.11", "omega_n", status, 0.0, 2.0, "Well.", "")
-    return graded(student, marks, answers=content, cells=facts)
+    return graded(student, marks, answers=content, cells=facts(student, bench_of=bench_of, policy=BenchPolicy()))
 
 
 def deliver(book, student, content):

@@ -12,6 +12,7 @@ from labcourse.grading.marking.decoding import decode
 from labcourse.grading.marking.marking import mark
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.feedback import predictions_of
+from labcourse.grading.submission import Submission
 from rotflex import experiments
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
@@ -51,7 +52,9 @@ def run_of(data):
 
 def marks_of(data):
     seed = student_seed("ada")
-    return tuple(mark(OURS, decode(data, seed, OURS.catalogue), TrueBench("ada"), seed))
+    return tuple(
+        mark(OURS, decode(data, seed, OURS.catalogue), TrueBench("ada"), Submission(student="ada", probe_seed=seed))
+    )
 
 
 def test_it_stands_beside_what_was_recorded_by_the_students_own_word(foretold):

@@ -9,9 +9,9 @@ import pytest
 import two_releases
 from two_releases import NOTEBOOK, SEED, TwoReleases
 
-from labcourse.answers.notebooks import HandIn
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
+from labcourse.files import ANSWERS_FILE
 from labcourse.grading import course as courses
 from labcourse.grading.marking import decoding, marking
 from labcourse.grading.release import releases
@@ -19,6 +19,7 @@ from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundles
 from labcourse.grading.running.prepared import prepare
 from labcourse.grading.running.runner import Job
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem
 from labcourse.sentences import sentence
 
@@ -53,13 +54,14 @@ def bundles(course):
     return Bundles(course)
 
 
-def marks(course, chosen: bundle.Bundle, hand_in: HandIn, student: str = "ada") -> dict[tuple[str, str], float]:
-    prepared = prepare(hand_in, chosen, course.catalogue, student)
-    job = Job(student, prepared.merged.notebooks, PROBE_SEED, parameters=chosen.parameters, imports=chosen.imports)
-    run = runner.run(chosen.packed, job)
-    assert run.problems == ()
-    claims = decoding.decode(run.answers, PROBE_SEED, course.catalogue)
-    made = marking.mark(course, claims, course.true_bench(student, chosen.policy), PROBE_SEED)
+def marks(course, chosen: bundle.Bundle, hand_in: tuple, student: str = "ada") -> dict[tuple[str, str], float]:
+    submission = Submission(student=student, notebooks=hand_in[0], probe_seed=PROBE_SEED)
+    prepare(submission, chosen, course.catalogue)
+    job = Job(student, submission.merged.notebooks, PROBE_SEED, parameters=chosen.parameters, imports=chosen.imports)
+    files, problems = runner.run(chosen.packed, job)
+    assert problems == ()
+    claims = decoding.decode(files[ANSWERS_FILE], PROBE_SEED, course.catalogue)
+    made = marking.mark(course, claims, course.true_bench(student, chosen.policy), submission)
     return {(one.question, one.part): one.points for one in made if (one.question, one.part) in chosen.asked_parts}
 
 
@@ -89,7 +91,7 @@ def test_what_was_not_asked_then_is_not_asked_of_it(two, bundles):
 def test_each_is_run_with_its_own_notebooks_and_packages_and_marked_on_its_own_bench(sandbox, two, course, bundles):
     for which, edition, policy in ((two.first, 1, BenchPolicy("own")), (two.second, 2, BenchPolicy("same", seed=SEED))):
         hand_in = two.hand_in(which, solved(edition), **two.about(which))
-        chosen = bundles.choose(hand_in)
+        chosen = bundles.choose(*hand_in)
         assert chosen.problems == ()
         assert chosen.bundle.policy == policy
         earned = marks(course, chosen.bundle, hand_in)
@@ -100,39 +102,38 @@ def test_each_is_run_with_its_own_notebooks_and_packages_and_marked_on_its_own_b
 
 def test_an_older_release_is_told(two, bundles):
     name = two.about(two.first)["release"]
-    chosen = bundles.choose(two.hand_in(two.first, {}, student="ada", release=name))
+    chosen = bundles.choose(*two.hand_in(two.first, {}, student="ada", release=name))
     assert chosen.bundle.release == name
     assert chosen.notes == (Problem.of(Code.RELEASE_EARLIER, release=name),)
-    assert bundles.choose(two.hand_in(two.second, {}, release=two.about(two.second)["release"])).notes == ()
+    assert bundles.choose(*two.hand_in(two.second, {}, release=two.about(two.second)["release"])).notes == ()
 
 
 @pytest.mark.parametrize("about", [{}, {"student": "ada"}, {"release": 3}, {"release": ""}])
 def test_where_no_release_is_named_the_notebooks_tell(two, bundles, about):
     for which in (two.first, two.second):
-        chosen = bundles.choose(two.hand_in(which, SOLVED, **about))
+        chosen = bundles.choose(*two.hand_in(which, SOLVED, **about))
         assert chosen.bundle.release == two.about(which)["release"]
         assert chosen.problems == ()
-    assert bundles.choose(HandIn(course=about)).bundle is bundles.current
+    assert bundles.choose({}, about).bundle is bundles.current
 
 
 def test_notebooks_of_another_release_than_the_file_names_count_and_it_is_told(two, bundles):
     first, second = two.about(two.first)["release"], two.about(two.second)["release"]
     for which, meant, named in ((two.first, first, second), (two.second, second, first)):
-        chosen = bundles.choose(two.hand_in(which, SOLVED, release=named))
+        chosen = bundles.choose(*two.hand_in(which, SOLVED, release=named))
         assert chosen.bundle.release == meant
         assert chosen.notes[0] == Problem.of(Code.RELEASE_CONTRADICTED, named=named, release=meant)
 
 
 def test_where_the_notebooks_are_of_both_the_file_counts(two, bundles):
-    both = [two.hand_in(which, {}).notebooks[NOTEBOOK] for which in (two.first, two.second)]
+    both = [two.hand_in(which, {})[0][NOTEBOOK] for which in (two.first, two.second)]
     for named in (two.about(two.first)["release"], two.about(two.second)["release"]):
-        hand_in = HandIn({NOTEBOOK: (*both[0], *both[1])}, course={"release": named})
-        assert bundles.choose(hand_in).bundle.release == named
+        assert bundles.choose({NOTEBOOK: (*both[0], *both[1])}, {"release": named}).bundle.release == named
 
 
 def test_a_release_that_is_not_kept_is_trouble_and_it_is_told_what_to_do(two, bundles, course):
     named, closest = "2025-autumn\x1b[31m" + "x" * 200, two.about(two.first)["release"]
-    chosen = bundles.choose(two.hand_in(two.first, {}, release=named))
+    chosen = bundles.choose(*two.hand_in(two.first, {}, release=named))
     (problem,) = chosen.problems
     about = {"named": named, "folder": course.releases.name, "closest": closest}
     assert problem == Problem.of(Code.RELEASE_UNKNOWN, **about)

@@ -114,7 +114,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
         evidence="m:read",
     )
     done = runner.run(b"packed", job, cancelled)
-    assert done == runner.Run(b"{}", (), b"reports", b"{}")
+    assert done == ({ANSWERS_FILE: b"{}", runner.REPORTS_FILE: b"reports", EVIDENCE_FILE: b"{}"}, ())
     ((command, given),) = asked
     assert command[-3:] == ["-P", "-m", "labcourse_inside.main"] and given["visible"] == [tmp_path]
     assert given["isolated"] is isolated
@@ -152,7 +152,7 @@ def test_a_submission_that_claims_that_the_course_is_broken_is_not_believed(monk
         with pytest.raises(GradingError, match="no numpy"):
             runner.run(b"", job, cancelled)
     else:
-        assert runner.run(b"", job, cancelled).problems == (Problem.of(Code.RUN_ENDED_EARLY),)
+        assert runner.run(b"", job, cancelled)[1] == (Problem.of(Code.RUN_ENDED_EARLY),)
     assert asked == [job, runner.Job("ada", {}, 5)]
 
 
@@ -169,7 +169,7 @@ def test_what_ended_a_run_and_every_file_that_cannot_be_read_are_told(monkeypatc
     """On runs that end so: tests/grading/running/test_runner.py."""
     troubles = {"answers.json": "a link", EVIDENCE_FILE: "too large"}
     monkeypatch.setattr(runner, "_run_in_sandbox", lambda *_: Outcome(ending, code, {}, troubles, b"", 1.0))
-    problems = runner.run(b"", runner.Job("ada", {}, 5, limits=LIMITS)).problems
+    _files, problems = runner.run(b"", runner.Job("ada", {}, 5, limits=LIMITS))
     unread = [Problem.of(Code.RESULT_UNREAD, name, error=why) for name, why in troubles.items()]
     assert problems == (*([problem] if problem else []), *unread)
 

@@ -68,9 +68,9 @@ def taken(request, frame, tmp_path, handed_in):
     for honest in hostile.HONEST:
         handed_in(tmp_path / "in", source, honest, hostile.Attack())
     found = {one.student: one for one in intake.find(tmp_path / "in").submissions}
-    read = intake.read(found[student], sorted(bundle.pristine), {}, packages=course.packages)
-    hand_in, _said = intake.newest(read.items, sorted(bundle.pristine))
-    ready = prepare(hand_in, bundle, course.catalogue, student)
+    ready = intake.read(found[student], sorted(bundle.pristine), {}, packages=course.packages)
+    intake.choose_newest(ready, ready.items, sorted(bundle.pristine))
+    prepare(ready, bundle, course.catalogue)
     reasons = explain(
         bundle.pristine,
         ready.merged,
@@ -80,8 +80,8 @@ def taken(request, frame, tmp_path, handed_in):
         handed_in=ready.handed_in,
         claim=ready.claim,
     )
-    said = [*found[student].problems, *read.problems(), *ready.problems, *ready.notes, *reasons.lost]
-    return student, ready, [*said, *read.notes], found
+    said = [*intake.unread_problems(ready), *ready.problems, *ready.notes, *reasons.lost]
+    return student, ready, said, found
 
 
 @pytest.fixture
@@ -108,7 +108,7 @@ def test_it_is_read_what_is_wrong_is_said_and_nothing_dangerous_is_left(taken):
     assert set(found) == {student, *hostile.HONEST}
     for honest in hostile.HONEST:
         assert [piece.source for piece in found[honest].pieces] == [honest]
-        assert (found[honest].bench_of, found[honest].partners, found[honest].problems) == (honest, (), ())
+        assert (found[honest].bench_of, found[honest].partners, found[honest].problems) == (honest, (), [])
     for notebook in ready.merged.notebooks.values():
         names = [cell["id"] for cell in notebook["cells"]]
         assert len(set(names)) == len(names)

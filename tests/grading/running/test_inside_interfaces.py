@@ -100,6 +100,6 @@ def test_whoever_grades_is_told_and_no_submission_is_run(sandbox):
     with zipfile.ZipFile(packed := io.BytesIO(made.packed), "a") as archive:
         archive.writestr("sitecustomize.py", NEWER)
     job = runner.Job("ada", {"0.ipynb": notebook(["open('answers.json', 'w').write('{}')"])}, 5)
-    assert json.loads(runner.run(made.packed, job).answers) == {}
+    assert json.loads(runner.run(made.packed, job)[0]["answers.json"]) == {}
     with pytest.raises(GradingError, match="cannot be run here: Notebooks were not tested with ipython"):
         runner.run(packed.getvalue(), job)

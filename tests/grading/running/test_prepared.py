@@ -5,10 +5,11 @@ import json
 import pytest
 
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.notebooks import MAX_SOURCE, HandIn, Notebook
+from labcourse.answers.notebooks import MAX_SOURCE, Notebook
 from labcourse.answers.parts import Question, number
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.running.prepared import prepare
+from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem
 
 CATALOGUE = Catalogue([Question(name, "1", "a", "", (), (number("x", "", None, "", ""),)) for name in ("1", "2")])
@@ -32,7 +33,9 @@ BUNDLE = Bundle(b"", {"a.ipynb": {"cells": MASTER}}, {}, (), "0" * 64, CATALOGUE
 
 def made(*cells, bundle=BUNDLE, **files):
     notebooks = {"a.ipynb": Notebook.read(json.dumps({"cells": list(cells)}).encode()).cells}
-    return prepare(HandIn(notebooks=notebooks, **files), bundle, CATALOGUE, "ada")
+    submission = Submission(student="ada", notebooks=notebooks, **files)
+    prepare(submission, bundle, CATALOGUE)
+    return submission
 
 
 def answered(name, source):
@@ -59,7 +62,7 @@ def test_a_notebook_in_which_nothing_is_written_is_told_and_no_other(cells, told
 def test_a_notebook_that_asks_for_nothing_is_not_called_untouched():
     cells = [cell for cell in MASTER if not cell["id"].startswith("q")]
     bundle = Bundle(b"", {"a.ipynb": {"cells": cells}}, {}, (), "0" * 64, CATALOGUE)
-    assert made(*cells, bundle=bundle).notes == ()
+    assert made(*cells, bundle=bundle).notes == []
 
 
 @pytest.mark.parametrize("times", [1, 2, 3])
@@ -73,7 +76,7 @@ def test_two_cells_that_cannot_be_taken_are_both_told_with_their_places():
     long = "x" * (MAX_SOURCE + 1)
     cells = [code("one", long), *MASTER, code("two", long), code("three", "x" * MAX_SOURCE)]
     expected = (Problem.of(Code.CELL_TOO_LONG, "a.ipynb", cell=place, most=MAX_SOURCE) for place in (1, 8))
-    assert made(*cells).problems == (*expected,)
+    assert made(*cells).problems == [*expected]
 
 
 def claim(**changes):
@@ -96,6 +99,6 @@ ANSWERS = {"1": {"x": {"kind": "number", "value": 1.0}}, "2": {"x": {}}, "9": {"
     ],
 )
 def test_what_was_recorded_at_home_is_a_claim_whomever_it_names(data, cells, is_unread):
-    found = made(*answered("q1", "x = 1"), claim=data)
+    found = made(*answered("q1", "x = 1"), answers_at_home=data)
     assert found.claim == cells
     assert [note.code for note in found.notes] == [Code.CLAIM_UNREAD] * is_unread

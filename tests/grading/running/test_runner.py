@@ -20,6 +20,7 @@ from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.running import bundle, runner
 from labcourse.problems import Code, Problem
+from labcourse.run.inside import EVIDENCE_FILE
 from labcourse.run.merge import merged
 
 pytestmark = pytest.mark.usefixtures("sandbox")
@@ -78,8 +79,8 @@ def run(course, q1, q2="pass", then="answers = {}", limits=QUICK, student="ada",
     job = runner.Job(
         student, notebooks_of(course, sources), 123, parameters=course.parameters, imports=course.imports, limits=limits
     )
-    done = runner.run(course.packed, job, cancelled)
-    return (None if done.answers is None else json.loads(done.answers)), done.problems
+    files, problems = runner.run(course.packed, job, cancelled)
+    return (json.loads(files["answers.json"]) if "answers.json" in files else None), problems
 
 
 LOOK_AROUND = """
@@ -219,10 +220,8 @@ HELD = {"recordings/001-x.mat": b"hostile", "read_by.py": b"raise SystemExit('th
 def evidence(packed, reader, files, cells="answers = {}", course=None, limits=QUICK):
     notebooks = {} if course is None else notebooks_of(course, {"0a.ipynb": {"q1": cells}})
     imports = () if course is None else course.imports
-    return runner.run(
-        packed,
-        runner.Job("ada", notebooks, 5, parameters={}, imports=imports, files=files, limits=limits, evidence=reader),
-    ).evidence
+    job = runner.Job("ada", notebooks, 5, parameters={}, imports=imports, files=files, limits=limits, evidence=reader)
+    return runner.run(packed, job)[0].get(EVIDENCE_FILE, b"")
 
 
 def test_a_students_file_is_read_in_the_sandbox_and_nowhere_else(course, tmp_path):

@@ -1,0 +1,286 @@
+"""A submission: all that is known of what a student handed in, on its way from the class's folder to the marks.
+
+It is one object. Each step of grading fills its part, and reads what the steps before it filled:
+
+============  ==========================================================  =============================================
+step          where                                                       what it fills
+============  ==========================================================  =============================================
+find          :func:`labcourse.grading.intake.finding.find`               the student, the pieces, the partners
+read          :func:`labcourse.grading.intake.reading.read`               the files of the pieces, and what cannot be
+                                                                          read
+choose        :func:`labcourse.grading.intake.reading.choose_newest`      which files count, of all that was ever handed
+                                                                          in
+prepare       :func:`labcourse.grading.running.prepared.prepare`          the release, and the notebooks to run
+identify      ``Batch._identify``                                         the digests by which an equal run is known
+run           ``Batch._run``                                              what came back from the sandbox: claims
+explain       ``Batch._explain``                                          why answers are missing
+mark          :func:`labcourse.grading.marking.marking.mark`              the marks
+store         ``Batch._store``                                            what counts in the gradebook
+============  ==========================================================  =============================================
+
+The gradebook stores a part of it as a ``RunRecord`` (:mod:`labcourse.grading.graded_run`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from labcourse.answers.cell_reports import CellReports
+from labcourse.answers.report_files import ReportFile
+from labcourse.answers.words import TextAnswer
+from labcourse.benches import BenchPolicy
+from labcourse.grading.marks import Mark
+from labcourse.problems import Problem, Reason, Where
+
+if TYPE_CHECKING:
+    from labcourse.answers.notebooks import Cell
+    from labcourse.grading.gradebook.records import Delivery, Graded
+    from labcourse.grading.intake.archives import StoredFile
+    from labcourse.grading.intake.platforms import Label
+    from labcourse.grading.running.bundle import Bundle
+    from labcourse.run.merge import Merged
+    from labcourse.run.portability import Version
+    from labcourse.run.reasons import ClaimedCells
+
+NEVER = datetime.fromtimestamp(0, UTC)
+
+#: What an instructor may decide, besides a file (by its name in the course).
+OWNER, TIME_RECEIVED, PARTNER, PLATFORM = "owner", "time received", "partner", "platform"
+#: :attr:`Doubt.key` → what was decided.
+Decisions = Mapping[tuple[str, str], str]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A row of ``intake.csv``: something that an instructor may decide.
+
+    Attributes
+    ----------
+    submission : name of the folder, archive or file, from the class's folder on; for a partner, the student who named
+        them
+    about : :data:`OWNER`, :data:`TIME_RECEIVED`, :data:`PARTNER` or :data:`PLATFORM`; or the name of a file of the
+        course, if several of the submission may be it
+    assumed : what counts without a decision; "" for nothing
+    why : reasons; a text where the row was read from the file
+    alternatives : what else it may be; the partner
+    """
+
+    submission: str
+    about: str
+    assumed: str
+    why: tuple[Reason, ...]
+    alternatives: str = ""
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Identify the row. A decision on a time holds for files that were saved then, if the row says when."""
+        of = f": {self.alternatives}" if self.about in (TIME_RECEIVED, PARTNER) and self.alternatives else ""
+        return self.submission, f"{self.about}{of}"
+
+
+@dataclass(frozen=True)
+class Owner:
+    """The students to whom a piece belongs.
+
+    Attributes
+    ----------
+    students : IDs by its name; none if nobody was identified
+    claimed : IDs of further students whom its course.json names
+    waiting : those of them that a person has to confirm; until then nothing of the submission is theirs
+    declined : those of them who are no partners, as the instructor decided
+    bench_of : ID of the student with the bench that was used
+    attempt : number of the attempt, or of the copy; the higher, the later
+    group : the platform's group in the name; "" without one
+    is_certain : whether the name is on the roster, be it of several students
+    is_decided : whether the instructor decided this
+    problems : contradictions about the owner; if nobody was identified, the reasons
+    notes : what else is worth knowing about the owner
+    """
+
+    students: tuple[str, ...] = ()
+    claimed: tuple[str, ...] = ()
+    waiting: tuple[str, ...] = ()
+    declined: tuple[str, ...] = ()
+    bench_of: str = ""
+    attempt: int = 0
+    group: str = ""
+    is_certain: bool = False
+    is_decided: bool = False
+    problems: tuple[Problem, ...] = ()
+    notes: tuple[Problem, ...] = ()
+
+    @property
+    def everybody(self) -> tuple[str, ...]:
+        """All students to whom it belongs, the claimed ones last."""
+        return (*self.students, *(name for name in self.claimed if name not in (*self.waiting, *self.declined)))
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What a student handed in at one time: a folder, an archive, or loose files.
+
+    Attributes
+    ----------
+    source : path in the class's folder, which may lead through archives
+    name : name of the folder, archive or file, without the ending of an archive
+    outer : name of what lies among the submissions: it holds this piece, or is it
+    label : what the name says if a platform gave it; None if the student did
+    archived : when the archive or file among the submissions was received, UTC; None if that is not known
+    copy : number of the copy in the name of an archive within the submission; the higher, the later
+    files : path → file
+    refused : path → reason why it is not read
+    trouble : why nothing of it can be read; nothing if it can be read
+    course : content of its course.json
+    owner : the students to whom it belongs
+    received : time of receipt, UTC
+    clock : how a time is known; "" if only the student's computer wrote it
+    saved : when it was saved, UTC, by the student's computer
+    """
+
+    source: str
+    name: str
+    outer: str = ""
+    label: Label | None = None
+    archived: datetime | None = None
+    copy: int = 0
+    files: Mapping[str, StoredFile] = field(default_factory=dict)
+    refused: Mapping[str, Problem] = field(default_factory=dict)
+    trouble: tuple[Problem, ...] = ()
+    course: Mapping[str, Any] = field(default_factory=dict)
+    owner: Owner = field(default_factory=Owner)
+    received: datetime = NEVER
+    clock: str = ""
+    saved: datetime = NEVER
+
+
+@dataclass(kw_only=True)
+class Submission:
+    """All that a student handed in, and what became of it.
+
+    Attributes
+    ----------
+    student : ID
+    problems, notes : what went wrong, and what is worth knowing; each step adds its own
+
+    pieces : found: all that the student handed in, in order of time
+    bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
+    partners : IDs of the students with whom it was handed in
+    claimed_by : ID of the partner who handed in, if this student handed in nothing; "" otherwise
+    unconfirmed : what others handed in who name this student as a partner, which a person has to confirm
+
+    items : read: all files of the pieces, in order of time; notebooks without outputs
+    names : names of all files of the pieces, also of those that are not read
+    has_notebooks : whether notebooks of the course are among the items
+    python : newest version of Python with which a notebook was saved; None if no notebook says it
+    faults : problems that nothing that is read later solves
+    unread : name of a file of the course → why it cannot be read; removed when a later one is read
+    unreadable : pieces that cannot be read; moved to the notes when a later piece has notebooks
+    doubts : rows of ``intake.csv``: what an instructor may decide
+    waiting : notebook that others handed in who name this student as a partner, unconfirmed → their IDs
+
+    notebooks : what counts of all that was ever handed in: notebook's file name → its cells
+    files : the student's own files beside the notebooks: relative path, with "/" → content
+    answers_at_home : their own answers.json, which is only compared with what a run records
+    course : content of their course.json
+    pdfs : file name of a report's PDF → its content; nothing of it is run
+
+    bundle : prepared: the release that it is run with
+    merged : the notebooks to run
+    words : (question, part) → answer in words, from the saved notebooks
+    claim : what was recorded at home; None if that is not known
+    supplied : "1.2.speed" → value that the instructor supplied in place of a missing answer
+    untouched : names of notebooks, without ending, in which the student changed nothing
+
+    key : identified: digest of all that the run depends on
+    digest : digest of the whole submission, problems and notes included
+    prepared_from : digest of all that it was prepared from
+    probe_seed : from which the inputs of functions are drawn
+
+    answers : run: content of the answers' file; None if there is none; untrusted, like the next two
+    cell_reports : what the cells reported
+    evidence : what the course's function read from the student's files in the sandbox, JSON
+    ended : what went wrong with the run as a whole
+
+    missing : explained: (question, part) → why there is no answer, where that is known
+    asked : (question, part) that the student's release asks; None if it is the course's
+    policy : which bench each student had; None if it is not known
+    documents : number of a report → the PDF that was handed in
+    waits : (question, part) of notebooks that are missing, while nobody has confirmed a partner who handed in
+
+    marks : of the key, in its order
+    before : run and marks that counted before; None without any
+    graded : run and marks that count now
+    is_new : whether the marks were made just now; else they are those before
+    has_run : whether it was run just now; else the gradebook had the run already
+    """
+
+    student: str
+    problems: list[Problem] = field(default_factory=list)
+    notes: list[Reason] = field(default_factory=list)
+
+    pieces: tuple[Piece, ...] = ()
+    bench_of: str = ""
+    partners: tuple[str, ...] = ()
+    claimed_by: str = ""
+    unconfirmed: tuple[Piece, ...] = ()
+
+    items: list[Delivery] = field(default_factory=list)
+    names: set[str] = field(default_factory=set)
+    has_notebooks: bool = False
+    python: Version | None = None
+    faults: list[Problem] = field(default_factory=list)
+    unread: dict[str, Problem] = field(default_factory=dict)
+    unreadable: list[Problem] = field(default_factory=list)
+    doubts: list[Doubt] = field(default_factory=list)
+    waiting: dict[str, list[str]] = field(default_factory=dict)
+
+    notebooks: Mapping[str, tuple[Cell, ...]] = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    answers_at_home: bytes | None = None
+    course: Mapping[str, Any] = field(default_factory=dict)
+    pdfs: Mapping[str, bytes] = field(default_factory=dict)
+
+    bundle: Bundle = field(init=False, repr=False, compare=False)
+    merged: Merged = field(init=False, repr=False, compare=False)
+    words: Mapping[Where, TextAnswer] = field(default_factory=dict)
+    claim: ClaimedCells | None = None
+    supplied: Mapping[str, Any] = field(default_factory=dict)
+    untouched: tuple[str, ...] = ()
+
+    key: str = ""
+    digest: str = ""
+    prepared_from: str = ""
+    probe_seed: int = 0
+
+    answers: bytes | None = None
+    cell_reports: CellReports = field(default_factory=CellReports)
+    evidence: bytes = b""
+    ended: tuple[Problem, ...] = ()
+
+    missing: Mapping[Where, Reason] = field(default_factory=dict)
+    asked: list[Where] | None = None
+    policy: BenchPolicy | None = None
+    documents: Mapping[str, ReportFile] = field(default_factory=dict)
+    waits: list[Where] = field(default_factory=list)
+
+    marks: tuple[Mark, ...] = ()
+    before: Graded | None = None
+    graded: Graded = field(init=False, repr=False, compare=False)
+    is_new: bool = True
+    has_run: bool = True
+
+    def __post_init__(self) -> None:
+        self.bench_of = self.bench_of or self.student
+
+    @property
+    def handed_in(self) -> tuple[str, ...]:
+        """File names of the course's notebooks that were handed in."""
+        return tuple(sorted(self.notebooks))
+
+    @property
+    def supplied_parts(self) -> set[Where]:
+        """The (question, part) of the values that an instructor supplied."""
+        return {(question, part) for question, _dot, part in (name.rpartition(".") for name in self.supplied)}
