@@ -21,7 +21,7 @@ from labcourse.grading.graded_run import is_failed, submission_of
 from labcourse.grading.intake import is_unread
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension
-from labcourse.problems import Code, has
+from labcourse.problems import Code, Problem
 from labcourse.student_id import caseless
 
 if TYPE_CHECKING:
@@ -259,7 +259,8 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
     last = max((time.until for time in times.values() if time is not None), default=None)
     grace = timedelta(hours=settings.late.grace_hours)
     untouched = submission_of(graded.run).untouched if graded is not None else ()
-    nothing_read = graded is not None and has(Code.SUBMISSION_UNREAD, graded.run.problems)
+    problems = () if graded is None else graded.run.problems
+    unread = [one for one in problems if isinstance(one, Problem) and one.code is Code.SUBMISSION_UNREAD]
     statuses = _statuses(course, handed.marks)
     found = {}
     for name, time in times.items():
@@ -267,7 +268,8 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
         is_due = until is None or when > until + grace
         state = _state_if_there(handed, name, statuses[name], bool(time and time.waits and settings.late.per_day))
         if state is None:
-            due = State.NOT_GRADED if nothing_read else State.MISSING
+            may_be_there = any(f"{name}.ipynb" in one.parameters.get("notebooks", [f"{name}.ipynb"]) for one in unread)
+            due = State.NOT_GRADED if may_be_there else State.MISSING
             state = due if is_due else State.NOT_DUE
         elif name in untouched:
             state = State.UNTOUCHED

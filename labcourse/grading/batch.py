@@ -219,21 +219,32 @@ class Batch:
             theirs = intake.read(Submission(student=partner, pieces=(piece,)), names, masters)
             for name in {item.name for item in theirs.items} & {*names}:
                 submission.waiting.setdefault(name, []).append(partner)
-        self._leave_out_others(submission, {name: digest for name, digest, *_ in self._gradebook.stored(owner)})
+        if self._settings.only is not None:
+            self._limit_to(self._settings.only, submission, owner)
         submission.prepared_from = self._prepared_from(submission)
 
-    def _leave_out_others(self, submission: Submission, before: Mapping[str, str]) -> None:
-        """Leave out the notebooks of other assignments that the student has handed in before.
+    def _limit_to(self, only: Assignment, submission: Submission, owner: str) -> None:
+        """Leave out the notebooks of other assignments in which the student wrote something and handed it in before.
+
+        What cannot be read makes nothing undecided but the notebooks of the assignment.
 
         Parameters
         ----------
+        only : the assignment for which the submission was handed in
         submission : as it was read
-        before : name of a file that the student handed in before → digest of its newest version
+        owner : ID of the student who handed in
         """
-        if (only := self._settings.only) is None:
-            return
-        others = {*self._bundles.names} - {f"{name}.ipynb" for name in only.notebooks}
-        for item in [item for item in submission.items if item.name in others and item.name in before]:
+        own = {f"{name}.ipynb" for name in only.notebooks}
+        before = {
+            file.name: file.digest
+            for file in self._gradebook.delivered(owner)
+            if file.name in self._masters.keys() - own and intake.is_answered(file, self._masters[file.name])
+        }
+        submission.unreadable = [
+            replace(problem, parameters={**problem.parameters, "notebooks": sorted(own)})
+            for problem in submission.unreadable
+        ]
+        for item in [item for item in submission.items if item.name in before]:
             submission.items.remove(item)
             if item.digest != before[item.name]:
                 note = Problem.of(Code.OTHER_ASSIGNMENT, item.name, source=item.source, title=only.title)

@@ -76,9 +76,15 @@ def test_a_file_that_cannot_be_read_could_not_be_graded():
 
 def test_of_a_submission_that_cannot_be_read_what_is_due_could_not_be_graded():
     what = handed(MISSING, received={})
-    problem = Problem.of(Code.SUBMISSION_UNREAD, "ada.zip")
-    unread = replace(what, graded=replace(what.graded, run=replace(what.graded.run, problems=(problem,))))
+
+    def with_problem(**about):
+        problems = (Problem.of(Code.SUBMISSION_UNREAD, "ada.zip", **about),)
+        return replace(what, graded=replace(what.graded, run=replace(what.graded.run, problems=problems)))
+
+    unread = with_problem()
     assert (state(unread, DUE), state(unread)) == (State.NOT_DUE, State.NOT_GRADED)
+    assert state(with_problem(notebooks=[f"{SECOND}.ipynb"])) == State.NOT_GRADED
+    assert state(with_problem(notebooks=["another.ipynb"])) == State.MISSING
     grade = account_of(course(LAB), unread, DUE + DAY)
     assert grade.undecided and grade.assignments[1].points_text == ""
 

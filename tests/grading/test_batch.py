@@ -83,6 +83,23 @@ def test_a_hand_in_for_one_assignment_leaves_earlier_notebooks_of_others_as_they
         assert other in book.current("ada").run.notes
 
 
+def test_an_untouched_notebook_of_another_assignment_is_replaced_by_one_that_is_solved(fake_class):
+    """Students hand in their whole folder: the notebooks of later assignments are in it, too."""
+    fake_class.hand_in("ada", source="")
+    fake_class.grade(only=Assignment("Other", ("b",)))
+    fake_class.hand_in("ada", source="omega_n = 1")
+    assert fake_class.grade(only=Assignment("Another", ("c",))) == {"ada": 2}
+
+
+def test_a_zip_that_cannot_be_read_concerns_the_assignment_that_it_was_handed_in_for(fake_class):
+    (fake_class.folder / "in").mkdir(exist_ok=True)
+    (fake_class.folder / "in" / "ada.zip").write_bytes(b"PK no zip")
+    fake_class.grade(only=Assignment("Lab 02", ("b",)))
+    with fake_class.book() as book:
+        (problem,) = [one for one in book.current("ada").run.problems if one.code is Code.SUBMISSION_UNREAD]
+    assert problem.parameters["notebooks"] == ["b.ipynb"]
+
+
 def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake_class):
     fake_class.hand_in("ada", "bob")
     fake_class.grade()
