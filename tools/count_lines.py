@@ -74,6 +74,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
         (
             "labcourse/grading/accounts.py",
             "labcourse/grading/erasure.py",
+            "labcourse/grading/feedback_zip.py",
             "labcourse/grading/outcomes.py",
             "labcourse/grading/overview.py",
             "labcourse/grading/platforms.py",

@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from datetime import UTC, tzinfo
-from decimal import Decimal, InvalidOperation
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -66,41 +65,19 @@ def _name(given: str) -> str:
 
 ByOption = Annotated[str, Option(metavar="NAME", parser=_name, help="Your name, for the record.")]
 StudentArgument = Annotated[str, Argument(metavar="STUDENT", help="The student's ID.")]
-QuestionArgument = Annotated[str, Argument(metavar="QUESTION", help="The number of the question, for example 1.11.")]
-PartArgument = Annotated[str, Argument(metavar="PART", help="The part of the question, for example explanation.")]
 _AGAIN = "Accept a person who was erased, as a new student; may be given several times."
 AgainOption = Annotated[list[str] | None, Option(metavar="ID", help=_AGAIN)]
 JobsOption = Annotated[int, Option(min=1, help="Number of submissions to work on in parallel.")]
 DryRunOption = Annotated[bool, Option("--dry-run", help="Show what would be done, but change nothing.")]
-ForceOption = Annotated[bool, Option("--force", help="Overwrite an existing file.")]
 JsonOption = Annotated[bool, Option("--json", help="Print JSON for scripts: one object per line.")]
 NewNameArgument = Annotated[str, Argument(metavar="NAME", help="Name of the course's folder and of its package.")]
 RunOption = Annotated[bool, Option(help="Run the notebooks without and with solutions, and mark these.")]
-ReleaseArgument = Annotated[Path, Argument(metavar="OUT", help="Folder for it; made if needed.", file_okay=False)]
-WithDataOption = Annotated[bool, Option("--with-data", help="Include the sample recordings.")]
-ReplaceOption = Annotated[bool, Option("--replace", help="Delete an earlier release in OUT.")]
-KeepOption = Annotated[bool, Option(help="Store the zip; grading needs it for work begun with it.")]
-FileArgument = Annotated[Path | None, Argument(metavar="FILE", help="A CSV, a line for each student.", dir_okay=False)]
-RemoveOption = Annotated[
-    list[str] | None, Option(metavar="ID", help="Remove this student; may be given several times.")
-]
-QuestionsOption = Annotated[list[str] | None, Option(help="Mark only this question; may be given several times.")]
 StudentsOption = Annotated[list[str] | None, Option(help="Only those of this student; may be given several times.")]
-NoteOption = Annotated[str, Option(help="A remark for the record, for example: without the reports.")]
-_ONE_ASSIGNMENT = "Only this assignment: its title, or the name or number of a notebook in it."
-OneAssignmentOption = Annotated[str | None, Option("--assignment", metavar="NAME", help=_ONE_ASSIGNMENT)]
-_SOME_ASSIGNMENTS = "Give back only this assignment; may be given several times."
-SomeAssignmentsOption = Annotated[list[str] | None, Option("--assignment", metavar="NAME", help=_SOME_ASSIGNMENTS)]
 SectionsOption = Annotated[bool, Option(help="Show the sections of the class side by side.")]
-PointsArgument = Annotated[float, Argument(metavar="POINTS", min=0, help="Points to give.")]
 ReasonOption = Annotated[str, Option(help="The reason, for the student and for the record.")]
-ExpectOption = Annotated[float | None, Option(help="The points that are replaced; needed if a person gave them.")]
-TextArgument = Annotated[str, Argument(metavar="TEXT", help="The text; it is shown in the student's feedback.")]
 OneQuestionOption = Annotated[str | None, Option(help="Only this question, as 1.11.")]
 StudentsArgument = Annotated[str | None, Argument(metavar="STUDENT", help="The student's ID; all students without it.")]
-OnePartOption = Annotated[str | None, Option("--part", help="Only this part of the question, as explanation.")]
 AskOption = Annotated[bool, Option("--ask", help="Note what a student asks; then --question and --part are needed.")]
-CopyArgument = Annotated[Path, Argument(metavar="FILE", help="The JSON file to write.", dir_okay=False)]
 
 
 def _file_of(marks: str) -> Path | None:
@@ -185,11 +162,11 @@ def check_course(solutions: SolutionsOption = None, run: RunOption = True) -> No
 
 @app.command(rich_help_panel=_COURSE)
 def release(
-    out: ReleaseArgument,
+    out: Annotated[Path, Argument(metavar="OUT", help="Folder for it; made if needed.", file_okay=False)],
     solutions: SolutionsOption = None,
-    with_data: WithDataOption = False,
-    replace: ReplaceOption = False,
-    keep: KeepOption = True,
+    with_data: Annotated[bool, Option("--with-data", help="Include the sample recordings.")] = False,
+    replace: Annotated[bool, Option("--replace", help="Delete an earlier release in OUT.")] = False,
+    keep: Annotated[bool, Option(help="Store the zip; grading needs it for work begun with it.")] = True,
 ) -> None:
     """Make the folder and zip that students get, without solutions, key and the instructor's modules."""
     from labcourse.grading.release import releases, student_course
@@ -225,7 +202,14 @@ def doctor(as_json: JsonOption = False) -> None:
 
 @app.command(rich_help_panel=_CLASS)
 def roster(
-    marks: MarksArgument, file: FileArgument = None, remove: RemoveOption = None, again: AgainOption = None
+    marks: MarksArgument,
+    file: Annotated[
+        Path | None, Argument(metavar="FILE", help="A CSV, a line for each student.", dir_okay=False)
+    ] = None,
+    remove: Annotated[
+        list[str] | None, Option(metavar="ID", help="Remove this student; may be given several times.")
+    ] = None,
+    again: AgainOption = None,
 ) -> None:
     """Read the names of a class from a CSV file into the gradebook, which is made if needed.
 
@@ -505,7 +489,7 @@ def score(
 def regrade(
     marks: MarksArgument,
     solutions: SolutionsOption = None,
-    question: QuestionsOption = None,
+    question: Annotated[list[str] | None, Option(help="Mark only this question; may be given several times.")] = None,
     out: OutOption = None,
     jobs: JobsOption = 1,
     as_json: JsonOption = False,
@@ -560,12 +544,15 @@ def report(marks: MarksArgument, out: OutOption = None, solutions: SolutionsOpti
     say(f"Pages of {_students(count)}: {folder}", *reports.notices())
 
 
+_SOME_ASSIGNMENTS = "Give back only this assignment; may be given several times."
+
+
 @app.command(rich_help_panel=_CLASS)
 def publish(
     marks: MarksArgument,
     by: ByOption,
-    note: NoteOption = "",
-    assignment: SomeAssignmentsOption = None,
+    note: Annotated[str, Option(help="A remark for the record, for example: without the reports.")] = "",
+    assignment: Annotated[list[str] | None, Option("--assignment", metavar="NAME", help=_SOME_ASSIGNMENTS)] = None,
     solutions: SolutionsOption = None,
     out: OutOption = None,
 ) -> None:
@@ -615,12 +602,7 @@ def publish(
         say(f"Other marks than were given back before; tell {student}: {moved}")
 
 
-def _decimal(text: str) -> Decimal:
-    """Read a number of points."""
-    try:
-        return Decimal(text)
-    except InvalidOperation:
-        raise typer.BadParameter(f"it should be a number of points, not {text!r}.") from None
+_ONE_ASSIGNMENT = "Only this assignment: its title, or the name or number of a notebook in it."
 
 
 @app.command(rich_help_panel=_CLASS)
@@ -634,9 +616,7 @@ def export(
     write: Annotated[
         Path | None, Option(help="The file to write.", dir_okay=False, show_default="beside theirs, with-marks")
     ] = None,
-    out_of: Annotated[
-        Decimal | None, Option(metavar="POINTS", parser=_decimal, help="Maximum, if the file does not say it.")
-    ] = None,
+    out_of: Annotated[float | None, Option(metavar="POINTS", help="Maximum, if the file does not say it.")] = None,
     decimals: Annotated[int, Option(min=0, max=5, help="Decimals of a mark; rounded half up.")] = 2,
     unfinished: Annotated[bool, Option("--unfinished", help="Write the points decided so far.")] = False,
     cap: Annotated[bool, Option("--cap", help="Write the maximum for marks above it.")] = False,
@@ -644,7 +624,7 @@ def export(
     submissions: Annotated[
         Path | None, Option(help="The platform's zip of submissions: --feedback needs names.", dir_okay=False)
     ] = None,
-    assignment: OneAssignmentOption = None,
+    assignment: Annotated[str | None, Option("--assignment", metavar="NAME", help=_ONE_ASSIGNMENT)] = None,
     dry_run: DryRunOption = False,
     solutions: SolutionsOption = None,
 ) -> None:
@@ -654,7 +634,7 @@ def export(
 
     Exit code: 0 all students' marks are in, 1 some are not (each is named, with the reason), 2 nothing written.
     """
-    from labcourse.grading import assignments, platforms
+    from labcourse.grading import assignments, feedback_zip, platforms
 
     if submissions is not None and feedback is None:
         raise GradingError("--submissions gives names for --feedback: say where that is to be written.")
@@ -679,9 +659,9 @@ def export(
             raise GradingError(f"{into}: {error}") from None
         contents, messages = {target: data}, list[str]()
         if feedback is not None:  # what cannot be is refused while nothing is written
-            names = [] if submissions is None else platforms.names_in(submissions)
-            pages = platforms.places(theirs, matches, names)
-            contents[feedback], messages = platforms.feedback_zip(book, course, *pages)
+            names = [] if submissions is None else feedback_zip.names_in(submissions)
+            pages = feedback_zip.places(theirs, matches, names)
+            contents[feedback], messages = feedback_zip.pack(book, course, *pages)
     for path, content in contents.items() if not dry_run else ():
         files.write(path, content)
     say(f"{theirs.platform.name}, column {place.heading!r}, out of {maximum:f}:")
@@ -734,12 +714,12 @@ def sheets(
 def mark(
     marks: MarksArgument,
     student: StudentArgument,
-    question: QuestionArgument,
-    part: PartArgument,
-    points: PointsArgument,
+    question: Annotated[str, Argument(metavar="QUESTION", help="The number of the question, for example 1.11.")],
+    part: Annotated[str, Argument(metavar="PART", help="The part of the question, for example explanation.")],
+    points: Annotated[float, Argument(metavar="POINTS", min=0, help="Points to give.")],
     reason: ReasonOption,
     by: ByOption,
-    expect: ExpectOption = None,
+    expect: Annotated[float | None, Option(help="The points that are replaced; needed if a person gave them.")] = None,
 ) -> None:
     """Give points to one answer by hand. They stay until the answer changes.
 
@@ -787,10 +767,10 @@ def excuse(
 def comment(
     marks: MarksArgument,
     student: StudentArgument,
-    text: TextArgument,
+    text: Annotated[str, Argument(metavar="TEXT", help="The text; it is shown in the student's feedback.")],
     by: ByOption,
     question: OneQuestionOption = None,
-    part: OnePartOption = None,
+    part: Annotated[str | None, Option("--part", help="Only this part of the question, as explanation.")] = None,
     ask: AskOption = False,
 ) -> None:
     """Write a comment into a student's feedback, on one answer, on one question or on the whole work.
@@ -839,8 +819,8 @@ _NO_SUBMISSIONS = _refused("Leave --submissions out: grade names the submissions
 def copy(
     marks: MarksArgument,
     student: StudentArgument,
-    into: CopyArgument,
-    force: ForceOption = False,
+    into: Annotated[Path, Argument(metavar="FILE", help="The JSON file to write.", dir_okay=False)],
+    force: Annotated[bool, Option("--force", help="Overwrite an existing file.")] = False,
     _out: Annotated[str | None, Option("--out", "--solutions", hidden=True, callback=_ROWS_ONLY)] = None,
 ) -> None:
     """Write all that the gradebook has of a student into one JSON file: records, and each file that they handed in.

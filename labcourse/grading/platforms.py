@@ -10,27 +10,20 @@ Moodle       the gradebook: ``First name,Last name,ID number,…,Email address,A
 Brightspace  ``OrgDefinedId,Username,…,Lab 3 Points Grade <Numeric MaxPoints:100 …>,End-of-Line Indicator``
 Blackboard   ``Last Name,First Name,Username,Student ID,Last Access,Availability,Lab 3 [Total Pts: 100 Score] |123456``
 ===========  =========================================================================================================
-
-Feedback pages go back in a zip, under the names by which the platform takes them.
 """
 
 from __future__ import annotations
 
 import codecs
-import io
 import re
-import tempfile
-import zipfile
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from labcourse import clock, program
+from labcourse import program
 from labcourse.errors import GradingError
 from labcourse.grading.accounts import Account, AssignmentGrade, half_up, in_full
 from labcourse.grading.assignments import State
@@ -39,18 +32,16 @@ from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.intake import platforms as submission_names
 from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
 from labcourse.grading.marks import Status
-from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
 from labcourse.grading.reports.result import account_in
 from labcourse.grading.settings import Assignment
-from labcourse.messages import listed, plural
+from labcourse.messages import listed
 from labcourse.student_id import caseless
 
 WORKSHEET = "Moodle's grading worksheet"  #: of one assignment, beside the export of Moodle's gradebook
 _SHOWN, _NAMED = 12, 6  # headings, and parts that wait, in a message
 _EXCUSED = "excused"
 _NUMBER = re.compile(r"-?\d+(?:\.\d+|,(?!\d{3}$)\d+)?")  # "1,000" may be a thousand, and is no number here
-_PARTICIPANT = re.compile(r"\w+ (?=\d+$)")  # Moodle's "Participant 1234567"
-_NOT_IN_A_NAME = re.compile(r'[\x00-\x1f/\\:*?"<>|_]')  # Moodle takes what is between two _ for the number
+PARTICIPANT = re.compile(r"\w+ (?=\d+$)")  #: in Moodle's "Participant 1234567"
 
 
 @dataclass(frozen=True)
@@ -303,7 +294,7 @@ class Export:
             )
         return there[0]
 
-    def maximum(self, column: PointsColumn, out_of: Decimal | None = None) -> Decimal:
+    def maximum(self, column: PointsColumn, out_of: float | None = None) -> Decimal:
         """Return what a column is out of: as the file says, or else the instructor.
 
         Raises
@@ -311,9 +302,9 @@ class Export:
         GradingError
             If neither says it, they contradict each other, or it is not above 0.
         """
-        there = _number(column.most)
-        maximum = out_of if there is None else there
-        if maximum is None or maximum <= 0 or out_of not in (None, maximum):
+        there, given = _number(column.most), None if out_of is None else Decimal(str(out_of))
+        maximum = given if there is None else there
+        if maximum is None or not maximum.is_finite() or maximum <= 0 or given not in (None, maximum):
             raise GradingError(
                 f"What {column.heading!r} is out of: {self.platform.name}'s file says {column.most or 'nothing'}, and "
                 f"--out-of says {'nothing' if out_of is None else out_of}. One number above 0 is needed: set the "
@@ -384,7 +375,7 @@ def _number(text: str) -> Decimal | None:
 
 
 class Matches(NamedTuple):
-    """Which row is whose.
+    """Which row belongs to which student.
 
     Attributes
     ----------
@@ -406,7 +397,7 @@ def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
     A platform's own number counts only where nothing else leads to a student, and not if the names contradict it.
     """
     records = {student.student: student for student in students}
-    by_name, by_number = (_by_name(students, pattern) for pattern in ("", _PARTICIPANT))
+    by_name, by_number = (_by_name(students, pattern) for pattern in ("", PARTICIPANT))
     candidates: dict[int, str] = {}
     refused: dict[int, str] = {}
     unknown, seen = list[int](), set[str]()
@@ -414,7 +405,7 @@ def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
     for row in export.students:
         values = [export.under(row, key).removeprefix("#") for key in export.platform.keys if key != own_key]
         certain = set[str]().union(*(by_name.get(caseless(value), ()) for value in values if value))
-        own_number = _PARTICIPANT.sub("", export.under(row, own_key))
+        own_number = PARTICIPANT.sub("", export.under(row, own_key))
         several = certain or by_number.get(caseless(own_number), set())
         seen |= several
         if not several:
@@ -477,24 +468,23 @@ def earned(book: Gradebook, course: Course, assignment: Assignment | None = None
     assignment : only its points; all that counts without one
     """
     handed_in = set(map(caseless, book.handed_in()))
-    return {about.student: _earned(book, course, about, handed_in, assignment) for about in book.students()}
-
-
-def _earned(
-    book: Gradebook, course: Course, about: StudentRecord, handed_in: Collection[str], assignment: Assignment | None
-) -> Earned:
-    graded = book.current(about.student)
-    account = account_in(book, course, graded, about)
-    grade = next((one for one in account.assignments if one.assignment == assignment), None)
-    has_marks = any(one.all_items for one in account.assignments)
-    if grade is not None and (has_marks or grade.is_excused):
-        return _earned_in(grade)
-    if not has_marks:
-        there = caseless(about.student) in handed_in
-        return Earned(None, "handed in, and not graded yet." if there else "nothing handed in.")
-    if graded and graded.marks and all(mark.status == Status.NOT_MARKED for mark in graded.marks if mark.out_of):
-        return Earned(None, f"not graded, as grading failed; say {program.name()} grade again.")
-    return _earned_in_all(account)
+    found: dict[str, Earned] = {}
+    for about in book.students():
+        graded = book.current(about.student)
+        account = account_in(book, course, graded, about)
+        grade = next((one for one in account.assignments if one.assignment == assignment), None)
+        has_marks = any(one.all_items for one in account.assignments)
+        if grade is not None and (has_marks or grade.is_excused):
+            entry = _earned_in(grade)
+        elif not has_marks:
+            there = caseless(about.student) in handed_in
+            entry = Earned(None, "handed in, and not graded yet." if there else "nothing handed in.")
+        elif graded and graded.marks and all(mark.status == Status.NOT_MARKED for mark in graded.marks if mark.out_of):
+            entry = Earned(None, f"not graded, as grading failed; say {program.name()} grade again.")
+        else:
+            entry = _earned_in_all(account)
+        found[about.student] = entry
+    return found
 
 
 def _earned_in_all(account: Account) -> Earned:
@@ -570,7 +560,7 @@ def fill(
     Parameters
     ----------
     export, column, maximum : the file, the column, and what it is out of
-    matches : which row is whose
+    matches : which row belongs to which student
     earned : student → what they have
     choice : how it is written
 
@@ -587,28 +577,28 @@ def fill(
         If the column has letters or words, or marks would be above the maximum; the message lists all of them.
     """
     _check_points(export, column)
-    comma, entries, new = _has_decimal_commas(export.table), dict[str, StudentCell](), dict[tuple[int, int], str]()
-    above = dict[str, str]()
+    comma = _has_decimal_commas(export.table)
+    entries, new, above = dict[str, StudentCell](), dict[tuple[int, int], str](), dict[str, str]()
     for row, about in sorted(matches.students.items()):
         mark, before = earned[about.student], export.table.cell(row, column.place)
         why = _why_left(export, column, row)
-        if mark.state == _EXCUSED and export.platform.excused and not why:
-            new[row, column.place] = export.platform.excused
-            entries[about.student] = StudentCell(before, export.platform.excused, mark.remark, complete=True)
-            continue
-        if why or mark.share is None or (mark.remark and not choice.unfinished):
-            entries[about.student] = StudentCell(before, None, why or mark.remark)
-            continue
-        value = half_up(mark.share * Fraction(maximum), choice.decimals)
-        if value > maximum:
-            above[about.student] = in_full(value)
-        cut = f"cut to the maximum, from {in_full(value)}." if value > maximum else ""
-        value = min(value, Fraction(maximum))
-        after = before
-        if _number(before) != value:
-            after = new[row, column.place] = in_full(value).replace(".", "," if comma else ".")
-        missing = f"{State.MISSING}." if mark.state == State.MISSING else ""
-        entries[about.student] = StudentCell(before, after, cut or mark.remark or missing, not mark.remark)
+        after: str | None = None
+        remark, complete = why or mark.remark, False
+        if not why and mark.state == _EXCUSED and export.platform.excused:
+            after, complete = export.platform.excused, True
+        elif not why and mark.share is not None and (choice.unfinished or not mark.remark):
+            exactly = half_up(mark.share * Fraction(maximum), choice.decimals)
+            value = min(exactly, Fraction(maximum))
+            if exactly > maximum:
+                above[about.student] = in_full(exactly)
+                remark = f"cut to the maximum, from {in_full(exactly)}."
+            elif mark.state == State.MISSING:
+                remark = remark or f"{State.MISSING}."
+            after = before if _number(before) == value else in_full(value).replace(".", "," if comma else ".")
+            complete = not mark.remark
+        entries[about.student] = StudentCell(before, after, remark, complete)
+        if after not in (None, before):
+            new[row, column.place] = after
     if above and not choice.cap:
         most, those = in_full(Fraction(maximum)), ", ".join(f"{who}: {value}" for who, value in above.items())
         raise GradingError(
@@ -653,7 +643,7 @@ def summary(export: Export, entries: Mapping[str, StudentCell], matches: Matches
 
     Parameters
     ----------
-    export, entries, matches : the file, what became of each cell, and which row is whose
+    export, entries, matches : the file, what became of each cell, and which row belongs to which student
     dry : whether nothing is written; then each mark for an empty cell is listed, too
     """
     left = [entry for entry in entries.values() if entry.after is None]
@@ -679,158 +669,3 @@ def summary(export: Export, entries: Mapping[str, StudentCell], matches: Matches
         ),
         *(f"{export.described(row)}: nobody's; {why}" for row, why in matches.refused.items()),
     ]
-
-
-# --- feedback pages ---------------------------------------------------------------------------------------------------
-
-
-def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) -> tuple[dict[str, str], dict[str, str]]:
-    """Find the names under which a platform takes feedback pages.
-
-    Moodle goes by the participants' numbers in its grading worksheet, Canvas and Brightspace by the names in their own
-    download of submissions. Blackboard takes no files of a whole class.
-
-    Parameters
-    ----------
-    export, matches : the platform's file, and which row is whose
-    submissions : paths in the platform's download of submissions
-
-    Returns
-    -------
-    dict[str, str]
-        Student → path of the page in the zip.
-    dict[str, str]
-        Student → why there is none.
-
-    Raises
-    ------
-    GradingError
-        If the platform takes no such files, or the download is needed and not given.
-    """
-    platform = export.platform.name
-    if platform in (MOODLE, BLACKBOARD):
-        raise GradingError(
-            f"{platform} takes no feedback files of a whole class by this file. (Moodle does by the grading worksheet "
-            f"of an assignment: give that by --into.) Leave --feedback out; {program.name()} report writes a page for "
-            "each student."
-        )
-    if platform != WORKSHEET and not submissions:
-        raise GradingError(
-            f"{platform} takes feedback only under the names that it gave what was handed in. Download "
-            "all submissions of the assignment there, and give that zip by --submissions."
-        )
-    find = {WORKSHEET: _place_in_moodle, CANVAS: _place_in_canvas, BRIGHTSPACE: _place_in_brightspace}[platform]
-    paths, without = dict[str, str](), dict[str, str]()
-    for row, about in matches.students.items():
-        try:
-            paths[about.student] = find(export, row, submissions)
-        except LookupError as error:
-            (without[about.student],) = error.args
-    return paths, without
-
-
-def _place_in_moodle(export: Export, row: int, _submissions: Sequence[str]) -> str:
-    number = _PARTICIPANT.sub("", export.under(row, "Identifier"))
-    if not number.isdigit():
-        raise LookupError("the worksheet has no number of theirs.")
-    name = _NOT_IN_A_NAME.sub(" ", export.name(row)).strip(" .") or "Participant"
-    return f"{name}_{number}_assignsubmission_file_/{FEEDBACK_FILE}"
-
-
-def _place_in_canvas(export: Export, row: int, submissions: Sequence[str]) -> str:
-    """Return the newest name of a student's; Canvas shows a page under it, so only a zip or a page will do."""
-    there = [
-        (name.lower().endswith((".zip", ".html")), label.attempt, name)
-        for label, name in _labels((PurePosixPath(path).name for path in submissions), CANVAS)
-        if label.number == export.under(row, "ID")
-    ]
-    if not there:
-        raise LookupError("nothing of theirs is in the download of submissions.")
-    fits, _attempt, name = max(there)
-    if not fits:
-        raise LookupError(f"Canvas would show the page as {name!r}; only a zip or a page can take its place.")
-    return name
-
-
-def _place_in_brightspace(export: Export, row: int, submissions: Sequence[str]) -> str:
-    """Return the newest folder with a student's name, if it is one student's only in both of the platform's files."""
-    own, *names = (submission_names.letters(export.name(other)) for other in (row, *export.students))
-    folders = {PurePosixPath(path).parts[0] for path in submissions if "/" in path}
-    there = [
-        (label.time or datetime.min, folder)
-        for label, folder in _labels(folders, BRIGHTSPACE)
-        if [name for name in map(submission_names.letters, label.people) if name in names][:1] == [own]
-    ]
-    if not there:
-        raise LookupError("no folder of the download bears their name.")
-    numbers = {folder.split(" ")[0] for _time, folder in there}  # one for each student
-    if len(numbers) > 1 or names.count(own) > 1:
-        raise LookupError(f"{export.name(row)!r} may be the name of several students.")
-    return f"{max(there)[1]}/{FEEDBACK_FILE}"
-
-
-def _labels(names: Iterable[str], platform: str) -> Iterator[tuple[submission_names.Label, str]]:
-    labels = ((submission_names.label_of(name, platform), name) for name in names)
-    return ((label, name) for label, name in labels if label is not None)
-
-
-def names_in(path: Path) -> list[str]:
-    """Return the paths of the files in a platform's download, without unpacking it.
-
-    Raises
-    ------
-    GradingError
-        If it is no zip that can be read.
-    """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return [name for name in archive.namelist() if not name.endswith("/")]
-    except (OSError, zipfile.BadZipFile) as error:
-        raise GradingError(f"{path} cannot be read as a zip: {error}.") from None
-
-
-def feedback_zip(
-    book: Gradebook, course: Course, paths: Mapping[str, str], without: Mapping[str, str]
-) -> tuple[bytes, list[str]]:
-    """Pack everybody's feedback page, as it would be written now, under the names from :func:`places`.
-
-    Returns
-    -------
-    bytes
-        The zip; equal pages make equal zips.
-    list[str]
-        How many pages it has, and who has none.
-
-    Raises
-    ------
-    GradingError
-        If students may not see feedback yet.
-    """
-    opens = course.settings.feedback.opens
-    if opens is not None and not course.settings.feedback.is_open(clock.now()):
-        raise GradingError(
-            f"Feedback opens at {opens:%Y-%m-%d %H:%M %Z} (course.toml): until then there are no pages to hand out."
-        )
-    with tempfile.TemporaryDirectory() as folder:
-        Reports(Path(folder), course, book).write_all()
-        pages = {who: Path(folder) / who / FEEDBACK_FILE for who in paths}
-        there = {paths[who]: page.read_bytes() for who, page in pages.items() if page.is_file()}
-    without = {**without, **{who: "nothing of theirs is graded." for who in paths if paths[who] not in there}}
-    count = plural(len(there), "{count} page", "{count} pages")
-    inside = {
-        name: _zip({FEEDBACK_FILE: page}) if name.lower().endswith(".zip") else page for name, page in there.items()
-    }
-    return _zip(inside), [
-        f"{count} of feedback in the zip.",
-        *(f"{who}: no page; {why}" for who, why in without.items()),
-    ]
-
-
-def _zip(files: Mapping[str, bytes]) -> bytes:
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in files.items():
-            about = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            about.compress_type, about.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
-            archive.writestr(about, data)
-    return content.getvalue()

@@ -6,6 +6,7 @@ Python's csv is the other opinion on cells; the importers of Moodle and Canvas a
 import codecs
 import csv
 import io
+import math
 import re
 import zipfile
 from dataclasses import replace
@@ -20,7 +21,7 @@ from made_courses import OURS
 from their_exports import BLACKBOARD, BRIGHTSPACE, CANVAS, FILES, MOODLE, WORKSHEET, class_of_four
 
 from labcourse.errors import GradingError
-from labcourse.grading import platforms
+from labcourse.grading import feedback_zip, platforms
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.platforms import SEPARATORS, Earned, MarkFormat, table
 from labcourse.grading.settings import FeedbackSettings, MarkSettings
@@ -120,7 +121,7 @@ def test_a_file_is_known_by_its_headings_and_its_column_by_each_of_its_names(pla
     assert found.platform.name == platform
     assert [found.table.line(row) for row in found.students] == lines
     assert {found.column(name).heading for name in names} == {names[0]}
-    out_of = None if maximum else Decimal("12.5")
+    out_of = None if maximum else 12.5
     assert found.maximum(found.column(names[0]), out_of) == (maximum or out_of)
     if platform in (WORKSHEETS, "Blackboard", "Brightspace"):
         assert found.column().heading == names[0]  # the only one need not be named
@@ -167,12 +168,12 @@ def test_of_several_columns_one_has_to_be_named(content, asked):
 
 def maximum(content, out_of):
     found = export(content)
-    return found.maximum(found.column("Lab 3"), None if out_of is None else Decimal(out_of))
+    return found.maximum(found.column("Lab 3"), out_of)
 
 
 @pytest.mark.parametrize(
     ("content", "out_of"),
-    [(CANVAS, "50"), (CANVAS.replace("100.00", "0.00"), None), (MOODLE, None), (MOODLE, "-1")],
+    [(CANVAS, 50), (CANVAS.replace("100.00", "0.00"), None), (MOODLE, None), (MOODLE, -1), (MOODLE, math.nan)],
 )
 def test_what_a_column_is_out_of_is_one_number_above_0(content, out_of):
     with pytest.raises(GradingError, match=re.escape(f"--out-of says {out_of or 'nothing'}")):
@@ -291,7 +292,7 @@ UNKNOWN = {
 
 @pytest.mark.parametrize("platform", FILES)
 def test_one_column_is_filled_and_not_another_byte_changes(book, platform):
-    data, entries, summary = fill(book, FILES[platform], Decimal(100) if platform == "Moodle" else None)
+    data, entries, summary = fill(book, FILES[platform], 100 if platform == "Moodle" else None)
     before, after = DIFFERENCES[platform]
     codec = "utf-16-le" if platform == "Blackboard" else "utf-8"
     assert FILES[platform].count(before.encode(codec)) == 1
@@ -369,7 +370,7 @@ def test_what_is_earned_follows_the_settings(book):
 
 def places(book, content, submissions=()):
     found = export(content)
-    return platforms.places(found, platforms.match(found, book.students()), submissions)
+    return feedback_zip.places(found, platforms.match(found, book.students()), submissions)
 
 
 def moodles_importer(path, participants):
@@ -440,8 +441,8 @@ def test_what_a_platform_does_not_take_is_refused(book, platform, why):
 
 def test_the_zip_has_the_pages_of_the_report_and_a_zip_where_a_zip_was(book, tmp_path):
     paths = {"s1001": "a_71_1_lab.zip", "s1002": "b/feedback.html", "s1004": "c"}
-    data, messages = platforms.feedback_zip(book, OURS, paths, {"x": "why."})
-    assert platforms.feedback_zip(book, OURS, paths, {"x": "why."})[0] == data
+    data, messages = feedback_zip.pack(book, OURS, paths, {"x": "why."})
+    assert feedback_zip.pack(book, OURS, paths, {"x": "why."})[0] == data
     assert messages == [
         "2 pages of feedback in the zip.",
         "x: no page; why.",
@@ -454,7 +455,7 @@ def test_the_zip_has_the_pages_of_the_report_and_a_zip_where_a_zip_was(book, tmp
     assert b"Half of it." not in archive.read("b/feedback.html")
     later = replace(OURS.settings, feedback=FeedbackSettings(opens=datetime(2999, 1, 1, tzinfo=UTC)))
     with pytest.raises(GradingError, match="2999-01-01"):
-        platforms.feedback_zip(book, replace(OURS, settings=later), paths, {})
+        feedback_zip.pack(book, replace(OURS, settings=later), paths, {})
     (tmp_path / "x.zip").write_bytes(b"no")
     with pytest.raises(GradingError, match=r"x\.zip"):
-        platforms.names_in(tmp_path / "x.zip")
+        feedback_zip.names_in(tmp_path / "x.zip")

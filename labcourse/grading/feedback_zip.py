@@ -1,0 +1,161 @@
+"""Pack feedback pages into a zip, under the names by which a learning platform takes them."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime
+from pathlib import Path, PurePosixPath
+
+from labcourse import clock, program
+from labcourse.errors import GradingError
+from labcourse.grading.course import Course
+from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE, Label, label_of, letters
+from labcourse.grading.platforms import PARTICIPANT, WORKSHEET, Export, Matches
+from labcourse.grading.release.student_course import zip_files
+from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
+from labcourse.messages import plural
+
+_NOT_IN_A_NAME = {*map(chr, range(32)), *'/\\:*?"<>|_'}  # Moodle takes what is between two _ for the number
+
+
+def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) -> tuple[dict[str, str], dict[str, str]]:
+    """Find the names under which a platform takes feedback pages.
+
+    Moodle goes by the participants' numbers in its grading worksheet, Canvas and Brightspace by the names in their own
+    download of submissions. Blackboard takes no files of a whole class.
+
+    Parameters
+    ----------
+    export, matches : the platform's file, and which row belongs to which student
+    submissions : paths in the platform's download of submissions
+
+    Returns
+    -------
+    dict[str, str]
+        Student → path of the page in the zip.
+    dict[str, str]
+        Student → why there is none.
+
+    Raises
+    ------
+    GradingError
+        If the platform takes no such files, or the download is needed and not given.
+    """
+    platform = export.platform.name
+    if platform in (MOODLE, BLACKBOARD):
+        raise GradingError(
+            f"{platform} takes no feedback files of a whole class by this file. (Moodle does by the grading worksheet "
+            f"of an assignment: give that by --into.) Leave --feedback out; {program.name()} report writes a page for "
+            "each student."
+        )
+    if platform != WORKSHEET and not submissions:
+        raise GradingError(
+            f"{platform} takes feedback only under the names that it gave what was handed in. Download "
+            "all submissions of the assignment there, and give that zip by --submissions."
+        )
+    find = {WORKSHEET: _place_in_moodle, CANVAS: _place_in_canvas, BRIGHTSPACE: _place_in_brightspace}[platform]
+    paths, without = dict[str, str](), dict[str, str]()
+    for row, about in matches.students.items():
+        try:
+            paths[about.student] = find(export, row, submissions)
+        except LookupError as error:
+            (without[about.student],) = error.args
+    return paths, without
+
+
+def _place_in_moodle(export: Export, row: int, _submissions: Sequence[str]) -> str:
+    number = PARTICIPANT.sub("", export.under(row, "Identifier"))
+    if not number.isdigit():
+        raise LookupError("the worksheet has no number of theirs.")
+    name = "".join(" " if sign in _NOT_IN_A_NAME else sign for sign in export.name(row)).strip(" .")
+    return f"{name or 'Participant'}_{number}_assignsubmission_file_/{FEEDBACK_FILE}"
+
+
+def _place_in_canvas(export: Export, row: int, submissions: Sequence[str]) -> str:
+    """Return the newest name of a student's; Canvas shows a page under it, so only a zip or a page will do."""
+    there = [
+        (name.lower().endswith((".zip", ".html")), label.attempt, name)
+        for label, name in _labels((PurePosixPath(path).name for path in submissions), CANVAS)
+        if label.number == export.under(row, "ID")
+    ]
+    if not there:
+        raise LookupError("nothing of theirs is in the download of submissions.")
+    fits, _attempt, name = max(there)
+    if not fits:
+        raise LookupError(f"Canvas would show the page as {name!r}; only a zip or a page can take its place.")
+    return name
+
+
+def _place_in_brightspace(export: Export, row: int, submissions: Sequence[str]) -> str:
+    """Return the newest folder with a student's name, if it is one student's only in both of the platform's files."""
+    own, *names = (letters(export.name(other)) for other in (row, *export.students))
+    folders = {PurePosixPath(path).parts[0] for path in submissions if "/" in path}
+    there = [
+        (label.time or datetime.min, folder)
+        for label, folder in _labels(folders, BRIGHTSPACE)
+        if [name for name in map(letters, label.people) if name in names][:1] == [own]
+    ]
+    if not there:
+        raise LookupError("no folder of the download bears their name.")
+    numbers = {folder.split(" ")[0] for _time, folder in there}  # one for each student
+    if len(numbers) > 1 or names.count(own) > 1:
+        raise LookupError(f"{export.name(row)!r} may be the name of several students.")
+    return f"{max(there)[1]}/{FEEDBACK_FILE}"
+
+
+def _labels(names: Iterable[str], platform: str) -> Iterator[tuple[Label, str]]:
+    labels = ((label_of(name, platform), name) for name in names)
+    return ((label, name) for label, name in labels if label is not None)
+
+
+def names_in(path: Path) -> list[str]:
+    """Return the paths of the files in a platform's download, without unpacking it.
+
+    Raises
+    ------
+    GradingError
+        If it is no zip that can be read.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return [name for name in archive.namelist() if not name.endswith("/")]
+    except (OSError, zipfile.BadZipFile) as error:
+        raise GradingError(f"{path} cannot be read as a zip: {error}.") from None
+
+
+def pack(
+    book: Gradebook, course: Course, paths: Mapping[str, str], without: Mapping[str, str]
+) -> tuple[bytes, list[str]]:
+    """Pack everybody's feedback page, as it would be written now, under the names from :func:`places`.
+
+    Returns
+    -------
+    bytes
+        The zip; equal pages make equal zips.
+    list[str]
+        How many pages it has, and who has none.
+
+    Raises
+    ------
+    GradingError
+        If students may not see feedback yet.
+    """
+    opens = course.settings.feedback.opens
+    if opens is not None and not course.settings.feedback.is_open(clock.now()):
+        raise GradingError(
+            f"Feedback opens at {opens:%Y-%m-%d %H:%M %Z} (course.toml): until then there are no pages to hand out."
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        Reports(Path(folder), course, book).write_all()
+        pages = {paths[who]: Path(folder) / who / FEEDBACK_FILE for who in paths}
+        there = {name: page for name, page in pages.items() if page.is_file()}
+        for name, page in there.items():
+            if name.lower().endswith(".zip"):
+                page.write_bytes(zip_files({FEEDBACK_FILE: page}))
+        packed = zip_files(there)
+    without = {**without, **{who: "nothing of theirs is graded." for who in paths if paths[who] not in there}}
+    count = plural(len(there), "{count} page", "{count} pages")
+    return packed, [f"{count} of feedback in the zip.", *(f"{who}: no page; {why}" for who, why in without.items())]
