@@ -24,7 +24,6 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from labcourse import files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.errors import GradingError
 from labcourse.grading.accounts import points
 from labcourse.grading.course import OUTCOMES_FILE, Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
@@ -234,22 +233,19 @@ class Figures(NamedTuple):
 Groups = dict[str, Figures | str]  #: :data:`EVERYBODY` and each group → its figures, or why they are not shown
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """The codes, or the outcomes of a scheme.
 
     Attributes
     ----------
     name, scheme : "code" or "outcome", and what the outcomes are of
     criteria, meanings : name → codes, and what it stands for
-    attained : name → how the class does
     """
 
     name: str
     scheme: str
     criteria: Criteria
     meanings: Mapping[str, str]
-    attained: Mapping[str, Groups]
 
 
 def attainments(
@@ -340,7 +336,9 @@ def write_report(out: Path, course: Course, book: Gradebook, *, by_section: bool
     Raises
     ------
     GradingError
-        If the map of outcomes cannot be used, or something cannot be written.
+        If the map of outcomes cannot be used.
+    OSError
+        If something cannot be written.
     """
     settings, catalogue = course.settings, course.catalogue
     mapped = read_map(course.folder, catalogue)
@@ -348,31 +346,24 @@ def write_report(out: Path, course: Course, book: Gradebook, *, by_section: bool
     sections = {caseless(""): "no section"}  # "a" and "A" are one section, as in deadlines
     for student in students:
         sections.setdefault(caseless(student.about.section), student.about.section)
-
-    def kind(name: str, scheme: str, criteria: Criteria, meanings: Mapping[str, str]) -> Kind:
-        group_of = (lambda student: sections[caseless(student.about.section)]) if by_section else None
-        return Kind(name, scheme, criteria, meanings, attainments(students, criteria, settings, group_of))
-
-    kinds = [kind("code", "", {code: [code] for code in catalogue.outcomes}, catalogue.outcomes)]
+    group_of = (lambda student: sections[caseless(student.about.section)]) if by_section else None
+    kinds = [Kind("code", "", {code: [code] for code in catalogue.outcomes}, catalogue.outcomes)]
     if mapped is not None:
-        kinds.append(kind("outcome", mapped.scheme, mapped.criteria, mapped.outcomes))
+        kinds.append(Kind("outcome", mapped.scheme, mapped.criteria, mapped.outcomes))
+    attained = [(kind, attainments(students, kind.criteria, settings, group_of)) for kind in kinds]
+    shown = [figures for _kind, criteria in attained for groups in criteria.values() for figures in groups.values()]
     known = {caseless(student) for student in (*book.handed_in(), *(about.student for about in book.students()))}
     absent = len(known - {caseless(student.about.student) for student in students})
-    notes = [*_withheld_note(kinds, settings.outcomes.fewest), *_notes(absent, students, mapped, course)]
-    content = {ATTAINMENT_FILE: _attainment(kinds, settings), LEVELS_FILE: _levels(kinds, students, settings)}
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, text in content.items():
-            files.write(out / name, text)
-    except OSError as error:
-        raise GradingError(f"{error.filename or out} cannot be written: {error.strerror}.") from None
+    out.mkdir(parents=True, exist_ok=True)
+    files.write(out / ATTAINMENT_FILE, _attainment(attained, settings))
+    files.write(out / LEVELS_FILE, _levels(kinds, students, settings))
+    notes = [*_withheld_note(shown, settings.outcomes.fewest), *_notes(absent, students, mapped, course)]
     return len(students), notes
 
 
-def _withheld_note(kinds: Iterable[Kind], fewest: int) -> Iterator[str]:
+def _withheld_note(shown: Iterable[Figures | str], fewest: int) -> Iterator[str]:
     """Yield how much is not shown because groups are small, and what decides it."""
-    everything = [cell for kind in kinds for groups in kind.attained.values() for cell in groups.values()]
-    cells = [cell for cell in everything if cell != _UNDECIDED]
+    cells = [cell for cell in shown if cell != _UNDECIDED]
     hidden = sum(isinstance(cell, str) for cell in cells)
     rows = plural(len(cells), "{count} row", "{count} rows")
     what = f"Withheld: {hidden} of {rows}"
@@ -404,12 +395,12 @@ def _notes(absent: int, students: Sequence[Standing], mapped: OutcomeMap | None,
         yield f"This course has no {OUTCOMES_FILE} in {course.folder}: {what}."
 
 
-def _attainment(kinds: Iterable[Kind], settings: CourseSettings) -> str:
+def _attainment(attained: Iterable[tuple[Kind, Mapping[str, Groups]]], settings: CourseSettings) -> str:
     target = settings.outcomes.share
     rows = [
         [settings.term, group, kind.name, kind.scheme, name, kind.meanings[name], *_cells(figures, target)]
-        for kind in kinds
-        for name, groups in kind.attained.items()
+        for kind, criteria in attained
+        for name, groups in criteria.items()
         for group, figures in groups.items()
     ]
     heading = ["term", "group", "kind", "scheme", "criterion", "meaning", "students", "of these provisional"]

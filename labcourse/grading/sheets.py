@@ -309,7 +309,9 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     Raises
     ------
     GradingError
-        If the course has no sheets, a student is not known, or something cannot be written.
+        If the course has no sheets, or a student is not known.
+    OSError
+        If something cannot be written.
     """
     settings, layouts = course.settings, read_layouts(course.folder, course.catalogue)
     everybody = {caseless(one.about.student): one for one in standings(book, course)}
@@ -325,12 +327,9 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     }
     pages = {out / student / SHEETS_PAGE: own for student, own in sheets.items()}
     pages[out / SHEETS_PAGE] = [sheet for own in sheets.values() for sheet in own]
-    try:
-        for path, those in pages.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            files.write(path, as_page(those, course))
-    except OSError as error:
-        raise GradingError(f"{error.filename or out} cannot be written: {error.strerror}.") from None
+    for path, those in pages.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        files.write(path, as_page(those, course))
     notes = {
         "On no sheet, as no row and code has it": [
             f"{number} {part.name}" for number, part in on_no_sheet(layouts, course.catalogue)

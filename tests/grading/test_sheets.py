@@ -146,7 +146,7 @@ def test_an_unknown_student_and_a_folder_that_cannot_be_written_are_refused(book
         sheets.write(tmp_path / "out", OURS, book, ["a-00", "zoe"])
     assert not (tmp_path / "out").exists()
     (tmp_path / "out").write_text("a file")
-    with pytest.raises(GradingError, match="/out"):
+    with pytest.raises(OSError, match="/out"):
         sheets.write(tmp_path / "out", OURS, book, ["a-00"])
 
 
