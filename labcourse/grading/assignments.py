@@ -68,13 +68,11 @@ def find(course: Course, name: str) -> Assignment:
         If there is none.
     """
     assignments = of_course(course)
-    names = [[one.title for one in assignments]]
-    for shown in (str, short):
-        names.append([one.title for one in assignments if caseless(name) in map(caseless, map(shown, one.notebooks))])
-    matches = [*(title for title in names[0] if caseless(title) == caseless(name)), *names[1], *names[2]]
-    if not matches:
-        raise GradingError(f"There is no assignment {name!r}. There are: {', '.join(names[0])}.")
-    return next(one for one in assignments if one.title == matches[0])
+    for names_of in (lambda one: [one.title], lambda one: one.notebooks, lambda one: map(short, one.notebooks)):
+        for one in assignments:
+            if caseless(name) in map(caseless, names_of(one)):
+                return one
+    raise GradingError(f"There is no assignment {name!r}. There are: {', '.join(one.title for one in assignments)}.")
 
 
 def given_back(publications: Iterable[Publication]) -> frozenset[str] | None:
