@@ -134,15 +134,17 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
     (folder / NOTEBOOKS).mkdir(parents=True)
     for name, content in texts.items():
         of_class = student_notebooks.without_lines(content, course.off)
-        _write_text(folder / NOTEBOOKS / name, student_notebooks.without_links(of_class, without))
+        files.write(folder / NOTEBOOKS / name, student_notebooks.without_links(of_class, without))
     for name in (PACKAGE, *course.packages):
-        _copy_package(package_folder(name), folder / name)
+        # A release has notebooks beside its packages.
+        ignored = (*_UNCOPIED, NOTEBOOKS, *(_NOT_FOR_STUDENTS if name == PACKAGE else ()))
+        shutil.copytree(package_folder(name), folder / name, ignore=shutil.ignore_patterns(*ignored))
     for module in course.withheld:
         path = folder / f"{module.replace('.', '/')}.py"
         if not path.is_file():
             raise GradingError(f"The course withholds {module}, and none of its packages has such a module.")
-        _write_text(path, _STUB.format(module=module))
-    _write_text(folder / NOTEBOOKS / COURSE_FILE, course_file.text(_course_json(course, folder)))
+        files.write(path, _STUB.format(module=module))
+    files.write(folder / NOTEBOOKS / COURSE_FILE, course_file.text(_course_json(course, folder)))
     if with_data:
         if not course.data.is_dir():
             raise GradingError(f"There is no data to hand out: {course.data} is missing.")
@@ -154,13 +156,8 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
         bench=_BENCH_TEXT[course.settings.bench.which],
         command=course.command,
     )
-    _write_text(folder / "README.md", readme)
+    files.write(folder / "README.md", readme)
     return tuple(texts)
-
-
-def _write_text(path: Path, text: str) -> None:
-    """Write a text with the same line ends on every system."""
-    path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def release(course: Course, out: Path, *, with_data: bool = False, replace: bool = False) -> Release:
@@ -228,12 +225,6 @@ def _course_json(course: Course, folder: Path) -> dict[str, Any]:
     return {**course_json, course_file.RELEASE_KEY: name, course_file.PYTHON: python}
 
 
-def _copy_package(package: Path, target: Path) -> None:
-    """Copy a package as students get it, without notebooks: a release has them beside its packages."""
-    ignored = (*_UNCOPIED, NOTEBOOKS, *(_NOT_FOR_STUDENTS if package.name == PACKAGE else ()))
-    shutil.copytree(package, target, ignore=shutil.ignore_patterns(*ignored))
-
-
 def _pack_wheels(course: Course, folder: Path, release: str) -> None:
     """Replace the packages in a release's folder by wheels, and write the ``pyproject.toml`` that installs these.
 
@@ -247,7 +238,7 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
     for name in (NOTEBOOKS, DATA):
         if (folder / name).is_dir():
             shutil.copytree(folder / name, home / name)
-    _write_text(folder / "LICENSE", importlib.metadata.distribution(PACKAGE).read_text("licenses/LICENSE") or "")
+    files.write(folder / "LICENSE", importlib.metadata.distribution(PACKAGE).read_text("licenses/LICENSE") or "")
     wheel_files = [_build_wheel(folder / PACKAGE, f"students.{releases.digest(folder / PACKAGE)}", folder / WHEELS)]
     (folder / "LICENSE").unlink()  # that was labcourse's, for its wheel; the course has its own, or none
     if (licence := course.folder.parent / "LICENSE").is_file():
@@ -258,7 +249,7 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
         wheel_files.append(_build_wheel(folder / name, local, folder / WHEELS, brings, course.requires))
     for name in (PACKAGE, *course.packages):
         shutil.rmtree(folder / name)
-    _write_text(folder / "pyproject.toml", _project(course, wheel_files))
+    files.write(folder / "pyproject.toml", _project(course, wheel_files))
 
 
 def zip_files(files: Mapping[str, Path]) -> bytes:

@@ -11,7 +11,7 @@ locked.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -23,7 +23,7 @@ from nbformat.reader import NotJSONError
 from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import AnswerError, GradingError
-from labcourse.run.alignment import Recorded, recorded
+from labcourse.run.alignment import recorded
 from labcourse.run.restore import STUB_KEY, stub_digest
 
 BEGIN_CODE, END_CODE = "### BEGIN SOLUTION", "### END SOLUTION"
@@ -221,31 +221,20 @@ def _answered(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[s
     """
     points: dict[str, float] = {cell.id: 0 for cell in notebook.cells if is_answer(cell)}
     questions: dict[str, dict[str, None]] = {cell: {} for cell in points}
-    for answer, entry in _recorded_with_answer_cell(notebook):
+    answer_of, latest = dict[str, str](), ""  # cell → the answer that it records: itself, or the last one with code
+    for cell in notebook.cells:
+        latest = cell.id if is_answer(cell) and cell.cell_type == "code" else latest
+        answer_of[cell.id] = cell.id if is_answer(cell) else latest
+    for entry in recorded(notebook.cells):
         try:
             question = catalogue.find(entry.question)
             earned = sum(question.part(part).points for part in entry.of(question))
         except AnswerError as error:
             raise GradingError(f"{name}, cell {entry.cell!r}: {error}") from None
-        if answer:
+        if answer := answer_of[entry.cell]:
             points[answer] += earned
             questions[answer][entry.question] = None
     return {cell: (int(p) if p == int(p) else p, list(questions[cell])) for cell, p in points.items()}
-
-
-def _recorded_with_answer_cell(notebook: NotebookNode) -> Iterator[tuple[str, Recorded]]:
-    """Yield what is recorded, each with the id of its answer cell: a text cell itself, or the last code cell.
-
-    The id is "" if no answer cell comes before.
-    """
-    entries: dict[str, list[Recorded]] = {}
-    for entry in recorded(notebook.cells):
-        entries.setdefault(entry.cell, []).append(entry)
-    latest = ""
-    for cell in notebook.cells:
-        if is_answer(cell) and cell.cell_type == "code":
-            latest = cell.id
-        yield from ((cell.id if is_answer(cell) else latest, entry) for entry in entries.get(cell.id, ()))
 
 
 def _without_solutions(source: str, where: str, begin: str, end: str, stub: str) -> str:
