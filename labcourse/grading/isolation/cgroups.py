@@ -92,14 +92,14 @@ def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterat
     """
     name = f"{PREFIX}-{os.getpid()}-{secrets.token_hex(8)}"
     values = {"memory": limits.memory, "pids": limits.processes + 2}  # the launcher's two shells count, too
-    folders, limited = set(), set()
-    try:
+    limited = set()
+    with contextlib.ExitStack() as stack:
         for controller, parent in parents.items():
             _remove_stale_groups(parent.folder)
             folder = parent.folder / name
             with contextlib.suppress(OSError):
                 folder.mkdir(exist_ok=True)  # in version 2 both controllers have the same one
-                folders.add(folder)
+                stack.callback(_remove_group, folder)
                 limit = _LIMIT_FILES.get((controller, parent.version), "pids.max")
                 (folder / limit).write_text(str(values[controller]), "ascii")
                 limited.add(folder)
@@ -108,9 +108,6 @@ def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterat
                     if (folder / swap).exists():
                         (folder / swap).write_text(str(value), "ascii")
         yield limited
-    finally:
-        for folder in folders:
-            _remove_group(folder)
 
 
 def add(pid: int, groups: Iterable[Path]) -> None:
