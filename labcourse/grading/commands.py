@@ -645,16 +645,15 @@ def export(
     course = courses.find(solutions)
     only = assignments.find(course, assignment) if assignment else None
     choice = platforms.MarkFormat(decimals, unfinished, cap)
+    content = into.read_bytes()
     with _gradebook(marks) as book:
+        students, earned = book.students(), platforms.earned(book, course, only)
         try:
-            theirs = platforms.read(into.read_bytes())
+            theirs = platforms.read(content)
             place = theirs.column(column)
             maximum = theirs.maximum(place, out_of)
-            matches = platforms.match(theirs, book.students())
-            earned = platforms.earned(book, course, only)
+            matches = platforms.match(theirs, students)
             data, entries = platforms.fill(theirs, place, maximum, matches=matches, earned=earned, choice=choice)
-        except GradebookError:
-            raise
         except GradingError as error:
             raise GradingError(f"{into}: {error}") from None
         contents, messages = {target: data}, list[str]()
@@ -662,8 +661,8 @@ def export(
             names = [] if submissions is None else feedback_zip.names_in(submissions)
             pages = feedback_zip.places(theirs, matches, names)
             contents[feedback], messages = feedback_zip.pack(book, course, *pages)
-    for path, content in contents.items() if not dry_run else ():
-        files.write(path, content)
+    for path, new in contents.items() if not dry_run else ():
+        files.write(path, new)
     say(f"{theirs.platform.name}, column {place.heading!r}, out of {maximum:f}:")
     say(*platforms.summary(theirs, entries, matches, dry=dry_run), *messages)
     typer.echo("Nothing was written (--dry-run)." if dry_run else f"Written: {target}")
