@@ -575,18 +575,13 @@ def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[F
     rows += [(("extension", number), row) for number, row in enumerate(settings.extensions)]
     titles = [assignment.title for assignment in settings.assignments]
     others = {*catalogue.notebooks}.difference(catalogue.optional)
-    for name in sorted({*settings.optional}.difference(catalogue.optional)):
-        known = f"the course has {_name_list(catalogue.optional)}."
-        yield ("optional", "notebooks"), f"there is no optional notebook {name!a}; {known}"
-    for name in sorted({*settings.without} - others):
-        yield ("optional", "without"), f"there is no such notebook {name!a}; there are {_name_list(others)}."
+    yield from _missing(("optional", "notebooks"), settings.optional, catalogue.optional, "optional notebook")
+    yield from _missing(("optional", "without"), settings.without, others, "such notebook")
     off = {*catalogue.optional}.difference(settings.optional)
     for place, row in rows:
-        for name in sorted({*row.notebooks}.difference(catalogue.notebooks)):
-            yield (*place, "notebooks"), f"there is no notebook {name!a}; there are {_name_list(catalogue.notebooks)}."
+        yield from _missing((*place, "notebooks"), row.notebooks, catalogue.notebooks, "notebook")
         yield from (((*place, "notebooks"), _OFF.format(name)) for name in row.notebooks if name in off)
-        for name in sorted({*getattr(row, "assignments", ())}.difference(titles)):
-            yield (*place, "assignments"), f"there is no [[assignment]] {name!a}; there are {_name_list(titles)}."
+        yield from _missing((*place, "assignments"), getattr(row, "assignments", ()), titles, "[[assignment]]")
     yield from _doubled(settings.assignments)
     for entry, names in (("drop", settings.marks.drop), ("weights", tuple(settings.marks.weights))):
         for name in names:
@@ -598,9 +593,15 @@ def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[F
                     found.part(part)
             except AnswerError as error:
                 yield ("marks", entry), str(error)
-                continue
-            if found.notebook in off:
-                yield ("marks", entry), f"{name} is in {found.notebook}. {_OFF.format(found.notebook)}"
+            else:
+                if found.notebook in off:
+                    yield ("marks", entry), f"{name} is in {found.notebook}. {_OFF.format(found.notebook)}"
+
+
+def _missing(place: EntryPath, names: Iterable[str], known: Collection[str], what: str) -> Iterator[Fault]:
+    """Yield a fault for each of some names that is not known; ``what`` says what has such names."""
+    for name in sorted({*names}.difference(known)):
+        yield place, f"there is no {what} {name!a}; there are: {_name_list(known)}."
 
 
 _OFF = "{} is optional, and the class does not have it. Name it in [optional] notebooks, or leave this entry out."
