@@ -30,14 +30,6 @@ from labcourse.student_id import caseless
 SHEETS_PAGE = "sheets.html"  #: in the folder of results for the class, and in each student's folder
 UNMARKED = "…"  #: what a person has yet to decide, or what was not marked
 MACHINE, PERSON = "m", "p"  #: who marked
-_MOST_UPRIGHT = 8  # columns of a sheet on a page that is held upright
-LEGEND = (
-    "In a cell: the level, 4 to 1 (0 where nothing is of worth), by the share of the points that are decided; "
-    "then the points earned of the points possible.",
-    f"{MACHINE}: marked by the machine. {PERSON}: marked by a person.",
-    f"{UNMARKED}: waits for a person, or could not be marked; a level before it may change.",
-    "An empty cell has no points: it scores nothing, or the work is excused or not due yet.",
-)
 
 
 # --- layout -----------------------------------------------------------------------------------------------------------
@@ -342,5 +334,5 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
 
 def as_page(sheets: Sequence[Sheet], course: Course) -> str:
     """Return sheets as an HTML page; on paper, each begins on a page of its own."""
-    values = {"sheets": sheets, "course": course, "legend": LEGEND, "most_upright": _MOST_UPRIGHT}
-    return templates("templates").get_template("sheets.html").render(**values) + "\n"
+    signs = {"machine": MACHINE, "person": PERSON, "unmarked": UNMARKED}
+    return templates("templates").get_template("sheets.html").render(sheets=sheets, course=course, **signs) + "\n"
