@@ -1,9 +1,9 @@
 """A course as one object: its questions, its key, the truth of a student's bench, and what students get.
 
-A course's folder holds the notebooks with solutions, ``course.py``, whose ``COURSE`` is the object, and the settings,
-``course.toml``. Beside the folder lie the student notebooks (``notebooks/``, derived), what may be handed out with them
-(``data/``), and what was handed out before (``releases/``). Each process that needs the course loads it once from its
-folder, and passes it on from there.
+A course's folder holds the notebooks with solutions, ``course.py``, which defines the object as ``COURSE``, and the
+settings, ``course.toml``. Beside the folder lie the student notebooks (``notebooks/``, derived), what may be handed out
+with them (``data/``), and what was handed out before (``releases/``). Each process that needs the course loads it once
+from its folder, and passes it on from there.
 """
 
 from __future__ import annotations

@@ -239,7 +239,7 @@ class Extension:
     ----------
     until : the last moment that is in time
     students : IDs, or other names that the roster has for them
-    section : of the roster, all of whose students have it; "" for the named students alone
+    section : of the roster, for all of its students; "" for the named students alone
     notebooks : names, without their ending
     assignments : titles; without these and notebooks, it is for all of the course's
     """
@@ -405,8 +405,7 @@ def read(
     folder : of the course
     presets : names of the benches that the course has
     draw : version of how the course draws benches
-    benches : names of the laboratory's benches whose truth the course has → what is wrong with their file; "" for
-        nothing
+    benches : name of each of the laboratory's benches with known truth → what is wrong with its file; "" for nothing
     catalogue : of the course's questions, to check names of questions and notebooks; without it they are not checked
 
     Returns

@@ -282,8 +282,8 @@ _APPARMOR = (
     "to /etc/apparmor.d/bwrap and run `sudo apparmor_parser -r /etc/apparmor.d/bwrap`."
 )
 _CONTAINER = (
-    "This seems to be a container whose own isolation keeps bubblewrap from setting up another. Best grade outside of "
-    "it, on the machine itself. Else start the container with `--security-opt seccomp=unconfined --security-opt "
+    "This seems to be a container, and its own isolation keeps bubblewrap from setting up another. Best grade outside "
+    "of it, on the machine itself. Else start the container with `--security-opt seccomp=unconfined --security-opt "
     "apparmor=unconfined --security-opt systempaths=unconfined` and grade as an ordinary user in it; do not use "
     "--privileged."
 )
