@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import shutil
-import textwrap
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -25,7 +24,7 @@ from typer import Argument, Option
 from labcourse import clock, files, program
 from labcourse.errors import GradebookError, GradingError, IsolationError
 from labcourse.grading import course as courses
-from labcourse.messages import plural
+from labcourse.messages import plural, shortened
 from labcourse.safe_text import say
 from labcourse.sentences import sentences
 from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
@@ -736,7 +735,7 @@ def mark(
         elif seen and expect is None and seen.status == Status.BY_A_PERSON:
             expected = dataclasses.replace(seen, status=Status.FOR_A_PERSON)
         book.set_mark(student, question, part, points, reason, by, expected=expected)
-    shown = textwrap.shorten(seen.given if seen else "", _ANSWER_LENGTH, placeholder="…")
+    shown = shortened(seen.given if seen else "", _ANSWER_LENGTH)
     say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. {program.name()} report writes it down.")
 
 
