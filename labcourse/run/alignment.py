@@ -192,6 +192,38 @@ def align(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Alignme
     return Alignment(tuple(aligner.ordered()), tuple(aligner.changes))
 
 
+def count_changed(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> int:
+    """Count the cells in which a student wrote something: cells for an answer or a text, open cells, and own cells.
+
+    A cell counts if it has a line that the course's notebook does not have. The parameters, what stands in locked cells
+    and in the course's texts, white space, and what was deleted do not count.
+
+    Parameters
+    ----------
+    master : cells of the notebook as released
+    cells : of the student's notebook
+    """
+    released = {line for cell in master for line in _lines(source_of(cell))}
+    may_hold = [place for place, cell in enumerate(cells) if not _lines(cell.source) <= released]
+    if not may_hold:
+        return 0
+    aligned = {place.student: place for place in align(master, cells).placed}
+    return sum(_is_students(aligned.get(place), master) for place in may_hold)
+
+
+def _is_students(place: Placed | None, master: Sequence[Mapping[str, Any]]) -> bool:
+    """Return whether what a cell holds is the student's: not a cell of the course that is locked, or its parameters."""
+    if place is None or place.master is None:
+        return True  # an own cell, or a further piece of an answer
+    is_parameters = PARAMETERS in master[place.master].get("metadata", {}).get("tags", ())
+    return place.role in (Role.ANSWER, Role.OPEN) and not is_parameters
+
+
+def _lines(source: str) -> set[str]:
+    """Return the lines of a cell without white space around them."""
+    return {line.strip() for line in source.strip().splitlines()}
+
+
 class _Aligner:
     """Finds the course's cells by several rules, one after the other, and puts all cells in order.
 

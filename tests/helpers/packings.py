@@ -25,7 +25,7 @@ def notebook(name: str, answer: str = "x = 1", **changes: object) -> bytes:
             "id": cell_id,
             "cell_type": "code",
             "source": answer if place == 0 else f"pass  # {cell_id}",
-            "metadata": {"nbgrader": {"grade_id": cell_id}},
+            "metadata": {"nbgrader": {"grade_id": cell_id, **({"solution": True} if place == 0 else {})}},
             "outputs": [],
             "execution_count": None,
         }

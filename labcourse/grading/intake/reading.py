@@ -25,7 +25,7 @@ from labcourse.grading.intake.owners import course_data
 from labcourse.grading.submission import Decisions, Doubt, Piece, Submission
 from labcourse.patterns import pattern
 from labcourse.problems import Code, Problem, Reason, has
-from labcourse.run.alignment import source_of
+from labcourse.run.alignment import count_changed, source_of
 from labcourse.run.portability import version
 from labcourse.student_id import caseless
 
@@ -184,7 +184,7 @@ class _Reader:
     def _add_notebook(self, name: str, notebook: Notebook) -> None:
         """Add a notebook; an empty one does not replace one with answers."""
         master, submission = self.masters.get(name), self.submission
-        if master is None or _cells_written(notebook.cells, master):
+        if master is None or _count_changed(notebook, master):
             self.answered.add(name)
         elif name in self.answered or self._was_answered(name, master):
             submission.notes.append(Problem.of(Code.EMPTY_BESIDE_ANSWERED, name, source=self._piece.source))
@@ -281,7 +281,7 @@ class _Reader:
     def _written(self, name: str, path: str) -> int:
         """Return in how many cells of a notebook a student wrote; -1 if it cannot be read."""
         notebook = self._notebook(path)
-        return _cells_written(notebook.cells, self.masters.get(name, {})) if isinstance(notebook, Notebook) else -1
+        return _count_changed(notebook, self.masters.get(name, {})) if isinstance(notebook, Notebook) else -1
 
     def _by_cells(self) -> None:
         """Recognise notebooks of other names by their cells."""
@@ -467,15 +467,9 @@ def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | N
 
 def is_answered(notebook: Delivery, master: Master) -> bool:
     """Tell whether a student wrote something in a notebook that was handed in."""
-    return _cells_written(Notebook.read(notebook.content).cells, master) > 0
+    return _count_changed(Notebook.read(notebook.content), master) > 0
 
 
-def _cells_written(cells: Iterable[Cell], master: Master) -> int:
-    """Return in how many cells a student wrote: they have a line that the course's notebook does not have."""
-    released = {line for cell in master.values() for line in _lines(source_of(cell))}
-    return sum(not _lines(cell.source) <= released for cell in cells)
-
-
-def _lines(source: str) -> set[str]:
-    """Return the lines of a cell without white space around them."""
-    return {line.strip() for line in source.strip().splitlines()}
+def _count_changed(notebook: Notebook, master: Master) -> int:
+    """Return in how many cells of a notebook a student wrote."""
+    return count_changed([*master.values()], notebook.cells)

@@ -11,7 +11,7 @@ from typing import Any
 
 from labcourse.answers import answers, words
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.notebooks import CODE, MAX_SOURCE, UNREADABLE, Cell
+from labcourse.answers.notebooks import MAX_SOURCE, UNREADABLE, Cell
 from labcourse.answers.words import TextAnswer
 from labcourse.errors import AnswerError
 from labcourse.grading.running import supplied as supplying
@@ -119,10 +119,9 @@ def _too_long(cells: Sequence[Cell]) -> Iterator[Problem]:
 
 
 def _is_untouched(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> bool:
-    """Return whether a notebook has answer cells, and all code in it is the course's."""
-    code = {alignment.source_of(cell).strip() for cell in master}
+    """Return whether a notebook has cells for answers, and the student wrote nothing in it."""
     has_answers = any(alignment.role_of(cell) is Role.ANSWER for cell in master)
-    return has_answers and all(cell.source.strip() in {"", *code} for cell in cells if cell.kind == CODE)
+    return has_answers and not alignment.count_changed(master, cells)
 
 
 def _is_noted(change: Change) -> bool:

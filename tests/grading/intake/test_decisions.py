@@ -29,7 +29,8 @@ def source_of_first(submission):
 
 
 COPY = "01_first_look (1).ipynb"
-FULLER = notebook(A, "x = 1").replace(b"pass  # q1-2", b"y = 2  # longer")
+OWN_CELL = {"id": "own", "cell_type": "code", "source": "y = 2", "metadata": {}}
+FULLER = notebook(A, cells=[*json.loads(ANSWERED)["cells"], OWN_CELL])
 
 
 @pytest.mark.parametrize(

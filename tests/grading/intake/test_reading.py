@@ -162,7 +162,9 @@ def test_a_copy_does_not_count_beside_the_notebook_itself_and_of_copies_the_last
 
 def test_a_notebook_renamed_beyond_recognition_is_recognised_by_its_cells(taken):
     files = work(names=[A]) | {"my answers.ipynb": notebook(B, "mine = 1"), "own.ipynb": b'{"cells": []}'}
-    masters = {name: {one: {"id": one, "source": ""} for one in ids} for name, ids in NOTEBOOKS.items()}
+    masters = {
+        name: {one: {"id": one, "cell_type": "code", "source": ""} for one in ids} for name, ids in NOTEBOOKS.items()
+    }
     result = taken(files, masters=masters)
     assert result.first(B) == "mine = 1" and list(result.hand_in.files) == ["own.ipynb"]
     assert codes(result.notes) == [(Code.TAKEN_BY_CELLS, B), (Code.NOT_RECOGNISED, "")]
@@ -410,7 +412,7 @@ def test_of_a_tar_only_ordinary_files_within_it_are_read(tmp_path):
 def test_a_tar_that_is_damaged_or_too_large_is_the_students_and_is_reported(tmp_path, name, monkeypatch):
     whole = tarred(work(), f"w:{name.rpartition('.')[2].replace('tar', '')}")
     monkeypatch.setattr(archives, "MAX_INNER_ARCHIVE", 50_000)
-    for content in (whole[: len(whole) // 2], b"no archive", tarred({"a.ipynb": b"0" * 60_000}, "w:gz")):
+    for content in (whole[: len(whole) // 3], b"no archive", tarred({"a.ipynb": b"0" * 60_000}, "w:gz")):
         lay(tmp_path, {name: content})
         read = Read(tmp_path)
         assert read.notebooks == [] and read.problems

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labcourse.answers.notebooks import CODE, TEXT, Cell
-from labcourse.run.alignment import Happened, Role, align
+from labcourse.run.alignment import OPEN, Happened, Role, align, count_changed
 from labcourse.run.merge import merged
 
 
@@ -239,3 +239,39 @@ def test_an_answer_that_was_moved_with_what_records_it_stays_there_and_draws_no_
     # And the cell after the pair, where it is missing, comes back where the others before it are.
     without_end = moved[:-1]
     assert align(MASTER, without_end).placed[-1].master == at("end")
+
+
+def with_source(name, source):
+    return [replace(cell, source=source) if cell.id == name else cell for cell in handed_in()]
+
+
+WITH_OPEN = [
+    *MASTER,
+    course_cell("draw", "draw()", tags=[OPEN]),
+    course_cell("words", "Write here.", TEXT, solution=True),
+]
+WITH_OPEN[-1]["metadata"]["nbgrader"] = {"grade_id": "words", "solution": True}
+
+
+@pytest.mark.parametrize(
+    ("cells", "changed"),
+    [
+        (handed_in(), 0),
+        (with_source("parameters", 'student = "ada"'), 0),
+        (with_source("setup", "lab = start()\nx = 1"), 0),
+        (with_source("q1-answer", 'lab.answer("1", x=3)'), 0),
+        (with_source("q1-text", "What is z?"), 0),
+        (with_source("q1", "  x = None \n\n"), 0),
+        (with_source("q1", ""), 0),
+        (handed_in()[:3], 0),
+        (with_source("q1", "x = 1"), 1),
+        ([*with_source("q1", "x = 1"), own()], 2),
+        ([*handed_in(), own("I see a spring.", TEXT)], 1),
+        ([*handed_in(), own(" \n")], 0),
+        ([*handed_in(), Cell("draw", "", CODE, "draw(2)")], 1),
+        ([*handed_in(), Cell("words", "words", TEXT, "It bends.")], 1),
+        ([*handed_in(), Cell("words", "words", TEXT, "Write here.")], 0),
+    ],
+)
+def test_changed_is_what_a_student_wrote_where_students_write(cells, changed):
+    assert count_changed(WITH_OPEN, cells) == changed
