@@ -349,7 +349,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.CELL_TOO_LONG: "{place}its cell {cell} is left out: it has more than {most} characters.",
     Code.CELL_REPEATED: "{place}the cell {cell} is there {times} times; all of them are run, in order.",
     Code.CELL_CHANGED: _changed,
-    Code.UNTOUCHED: "{place}it was handed in as it was handed out; nothing is written in it.",
+    Code.UNTOUCHED: "{place}nothing is written in it.",
     Code.TEXT_TOO_LONG: ("{place}it has {count} characters, of which the first {most} are read; shorten it."),
     Code.TEXT_OF_FEW_WORDS: _with(
         "{place}it is ",
@@ -483,7 +483,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     # what an instructor has to do
     Code.TODO_ASK_FOR_WORK: "missing: {title}. Ask for it, excuse them, or give an extension in course.toml.",
     Code.TODO_ASK_FOR_CHANGES: (
-        "untouched: {title}. The file is as it was handed out. Ask for their work, or excuse them."
+        "untouched: {title}. Nothing is written in the file. Ask for their work, or excuse them."
     ),
     Code.TODO_GRADE: "handed in: not graded yet.",
     Code.TODO_DECIDE_TIME: ("waits for a person: nobody knows when {title} was handed in. Decide in MARKS/intake.csv."),
