@@ -163,7 +163,7 @@ def reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
-def replace(source: Path, target: Path) -> None:
+def replace_file(source: Path, target: Path) -> None:
     """Move a file to another's place, atomically.
 
     Raises
@@ -250,7 +250,7 @@ def write(target: str | os.PathLike[str], content: Content) -> tuple[int, ...]:
         else:
             scratch.write_bytes(content.encode() if isinstance(content, str) else content)
         written = _version(scratch.stat())
-        replace(scratch, target)
+        replace_file(scratch, target)
     finally:
         with contextlib.suppress(OSError):  # on success it is gone; on failure, the first error says more
             scratch.unlink()

@@ -82,7 +82,7 @@ def set_aside(path: Path, why: str) -> str:
         aside = path.with_name(f"{path.stem}.{why}{suffix}{path.suffix}")
         if not aside.exists():
             break
-    files.replace(path, aside)
+    files.replace_file(path, aside)
     return aside.name
 
 
