@@ -11,7 +11,7 @@ import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
@@ -71,7 +71,7 @@ def style() -> Iterator[None]:
 
 
 class Picture(Figure):
-    """A matplotlib figure that carries its own description.
+    """A matplotlib figure that carries its own description. Make it, and draw, within :func:`style`.
 
     Attributes
     ----------
@@ -83,12 +83,12 @@ class Picture(Figure):
     alt_text: str = ""
 
     def _repr_mimebundle_(self, **_: Any) -> tuple[dict[str, str], dict[str, Any]]:
-        return bundle(self, self.alt_text)
-
-
-def new_picture(width: float, height: float, layout: Literal["constrained"] | None = "constrained") -> Picture:
-    """Return an empty picture of the given size (inches). Call it, and draw, within ``style()``."""
-    return Picture(figsize=(width, height), layout=layout)
+        """Return a notebook's display data and metadata."""
+        if os.environ.get(SWITCH) == "off":
+            return {"text/plain": repr(self)}, {}
+        image = base64.b64encode(png(self)).decode("ascii")
+        width = round(self.get_figwidth() * SHOWN_PER_INCH)
+        return {"image/png": image, "text/plain": repr(self)}, {"image/png": {"alt": self.alt_text, "width": width}}
 
 
 def png(figure: Figure) -> bytes:
@@ -101,12 +101,3 @@ def png(figure: Figure) -> bytes:
         figure.savefig(drawn, format="png", dpi=DOTS_PER_INCH, facecolor="white")
     Image.open(drawn).convert("RGB").quantize(128, Image.Quantize.FASTOCTREE).save(packed, format="PNG", optimize=True)
     return packed.getvalue()
-
-
-def bundle(figure: Figure, alt: str) -> tuple[dict[str, str], dict[str, Any]]:
-    """Return a notebook's display data and metadata for a figure."""
-    if os.environ.get(SWITCH) == "off":
-        return {"text/plain": repr(figure)}, {}
-    image = base64.b64encode(png(figure)).decode("ascii")
-    width = round(figure.get_figwidth() * SHOWN_PER_INCH)
-    return {"image/png": image, "text/plain": repr(figure)}, {"image/png": {"alt": alt, "width": width}}

@@ -24,11 +24,11 @@ from labcourse.files import KERNEL
 
 #: JupyterLab's settings; a user's options win over them. The server imports what they name.
 SETTINGS = {
-    "ServerApp.kernel_websocket_connection_class": "labcourse.server.PromptConnection",
-    "KernelSpecManager.kernel_spec_class": "labcourse.server.SafeKernelSpec",
-    "ContentsManager.pre_save_hook": "labcourse.scene.saved_explorers.with_pictures",
-    "LabApp.news_url": "",
-    "LabApp.check_for_updates_class": "jupyterlab.NeverCheckForUpdate",
+    "Application": {"log_level": "ERROR"},
+    "ContentsManager": {"pre_save_hook": "labcourse.scene.saved_explorers.with_pictures"},
+    "KernelSpecManager": {"kernel_spec_class": "labcourse.server.SafeKernelSpec"},
+    "LabApp": {"news_url": "", "check_for_updates_class": "jupyterlab.NeverCheckForUpdate"},
+    "ServerApp": {"kernel_websocket_connection_class": "labcourse.server.PromptConnection"},
 }
 _TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
@@ -113,16 +113,9 @@ def run(folder: Path, options: list[str]) -> None:
     os.environ |= environment()
     os.environ.pop("PYTHONSAFEPATH", None)  # students' programs, which terminals start, run as usual
     first = min((path.name for path in folder.glob("*.ipynb")), default="")
-    settings = {
-        **SETTINGS,
-        "ServerApp.root_dir": str(folder.resolve()),
-        "LabApp.default_url": f"/lab/tree/{urllib.parse.quote(first)}" if first else "/lab",
-        "Application.log_level": "ERROR",
-    }
-    config = Config()
-    for name, value in settings.items():
-        section, _dot, setting = name.partition(".")
-        config[section][setting] = value
+    config = Config(SETTINGS)
+    config.ServerApp.root_dir = str(folder.resolve())
+    config.LabApp.default_url = f"/lab/tree/{urllib.parse.quote(first)}" if first else "/lab"
     CourseServer.instance(config=config, jpserver_extensions={"jupyterlab": True})  # LabApp takes this instance
     LabApp.launch_instance(argv=options)
 

@@ -16,7 +16,7 @@ import traitlets
 
 from labcourse import files
 from labcourse.errors import CourseError, speaks_for_itself
-from labcourse.pictures import DOTS_PER_INCH, SWITCH, Picture, bundle, style
+from labcourse.pictures import DOTS_PER_INCH, SWITCH, Picture, style
 from labcourse.scene import still
 from labcourse.scene.saved_explorers import EXPLORER, VIEW
 from labcourse.scene.scene import Scene
@@ -180,8 +180,7 @@ class Explorer(Live):
 
     def static_view(self) -> tuple[dict[str, str], dict[str, Any]]:
         """Display data and metadata for where there are no widgets."""
-        picture = self.picture()
-        return bundle(picture, picture.alt_text)
+        return self.picture()._repr_mimebundle_()
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
         """The widget, and what stands for it in papermill's notebooks and on a printed page."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from labcourse.errors import CourseError
-from labcourse.pictures import SHOWN_PER_INCH, WIDTH, Picture, new_picture, style
+from labcourse.pictures import SHOWN_PER_INCH, WIDTH, Picture, style
 from labcourse.scene.scene import ROLES, Item, Moving, Panel, Readout, Scene
 
 _MARKERS = {"cross": "x", "square": "s", "circle": "o", "dot": "o"}
@@ -35,7 +35,7 @@ def picture(scene: Scene) -> Picture:
         for line in textwrap.wrap(_in_words(readout), round(_LETTERS * width))
     ]
     with style():
-        figure = new_picture(width, (scene.height + _LINE * len(lines)) / SHOWN_PER_INCH)
+        figure = Picture(figsize=(width, (scene.height + _LINE * len(lines)) / SHOWN_PER_INCH), layout="constrained")
         columns = figure.add_gridspec(1, len(scene.columns), width_ratios=[one.width for one in scene.columns])
         for place, column in enumerate(scene.columns):
             heights = [panel.height for panel in column.panels]

@@ -8,7 +8,7 @@ import pytest
 
 from labcourse import server
 from labcourse.errors import CourseError
-from labcourse.pictures import new_picture, style
+from labcourse.pictures import Picture, style
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.saved_explorers import VIEW, with_pictures
 from labcourse.scene.scene import Scene
@@ -22,7 +22,7 @@ class Drawn(Explorer):
 
     def picture(self):
         with style():
-            figure = new_picture(4, 3)
+            figure = Picture(figsize=(4, 3), layout="constrained")
             figure.subplots().plot(np.arange(5))
         figure.alt_text = 'a curve called "<y>"'
         return figure
@@ -93,5 +93,5 @@ def test_what_is_no_notebook_is_left_alone(model):
 
 
 def test_the_server_is_told_of_it_by_a_name_that_there_is():
-    module, _, name = server.SETTINGS["ContentsManager.pre_save_hook"].rpartition(".")
+    module, _, name = server.SETTINGS["ContentsManager"]["pre_save_hook"].rpartition(".")
     assert getattr(importlib.import_module(module), name) is with_pictures
