@@ -122,8 +122,7 @@ class AnswerBook:
 
     def cell(self, question: str, part: str) -> str:
         """Return the id of the cell that recorded the answer to a part; "" if none did, or if it is not known."""
-        cell: str = self._sections["cells"].get(question, {}).get(part, "")
-        return cell
+        return str(self._sections["cells"].get(question, {}).get(part, ""))
 
     def get(self, question: str, part: str) -> dict[str, Any] | None:
         """Return the stored answer to a part as plain data, or None."""
@@ -175,10 +174,9 @@ class AnswerBook:
 
     def _add(self, question: str, part: str, content: dict[str, Any], cell: str) -> None:
         """Add an answer to what is to be written; raise FormError if the file would grow too large with it."""
-        entries: dict[str, Any] = {"answers": content, "cells": cell}
         sections = dict(self._sections)
-        for section, entry in entries.items():
-            earlier = sections.get(section, {})
+        for section, entry in (("answers", content), ("cells", cell)):
+            earlier = sections[section]
             sections[section] = {**earlier, question: {**earlier.get(question, {}), part: entry}}
         if len(self._as_json(sections)) > MAX_BYTES:
             raise FormError(f"with it, {self.path.name} would be larger than {MAX_BYTES} bytes: give smaller figures")
@@ -290,6 +288,7 @@ class AnswerBook:
 
 # --- results tables ---------------------------------------------------------------------------------------------------
 
+HEADS = ("Description", "Name", "Value", "Unit")  #: of the columns
 _LEFT = "text-align: left"  # JupyterLab sets cells to the right
 _ENTRY = "font-family: monospace; white-space: pre; background: none; text-align: left; margin: 0"
 
@@ -321,7 +320,7 @@ class ResultsTable:
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        head = "".join(f'<th scope="col" style="{_LEFT}">{heading}</th>' for heading in heads())
+        head = "".join(f'<th scope="col" style="{_LEFT}">{heading}</th>' for heading in HEADS)
         body = "".join(
             f'<tr><td style="{_LEFT}">{escape(prompt)}</td><th scope="row" style="{_LEFT}">{escape(name)}</th>'
             f'<td style="{_LEFT}"><pre style="{_ENTRY}">{escape(entry) or "not filled in yet"}</pre></td>'
@@ -331,11 +330,6 @@ class ResultsTable:
         return (
             f"<table><caption>{escape(self.title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
         )
-
-
-def heads() -> tuple[str, ...]:
-    """Return the headings of the columns."""
-    return "Description", "Name", "Value", "Unit"
 
 
 def _entry(part: Part, content: dict[str, Any] | None) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from labcourse import safe_text
-from labcourse.answers.answers import ResultsTable, heads
+from labcourse.answers.answers import HEADS, ResultsTable
 from labcourse.scene.explorer import Explorer, written
 from labcourse.scene.scene import Button, Readout, Row, Scene
 
@@ -62,7 +62,7 @@ class ResultsExplorer(Explorer):
         return Scene(
             alt=str(self.table),
             controls=[[Button(name, label) for name, label in _BUTTONS.items()]],
-            readouts=[Readout(f"{self.table.title}. {left}", rows, heads())],
+            readouts=[Readout(f"{self.table.title}. {left}", rows, HEADS)],
             height=0,
         )
 
@@ -81,7 +81,7 @@ def results_table(session: Session, number: str) -> ResultsExplorer:
 
 def as_csv(table: ResultsTable) -> str:
     """A table as CSV, a line for each entry; the rows of a matrix are lines within its cell."""
-    return safe_text.as_csv([heads(), *table.rows])
+    return safe_text.as_csv([HEADS, *table.rows])
 
 
 def as_html(table: ResultsTable) -> str:
