@@ -2,7 +2,7 @@
 
 It is ``{"student", "course", "release", "draw", "title", "term", "bench", "reflect", "without", "python"}``; with
 ``"page_limit"`` if the course limits reports, ``"optional"`` if it has optional notebooks, and ``"given"`` if the class
-is given values in place of answers (:mod:`labcourse.answers.left_out`). A release leaves the student empty; old files
+is given values in place of answers (:mod:`labcourse.answers.catalogue`). A release leaves the student empty; old files
 have no course, or the student alone. Unknown entries, which a later release may add, stay.
 """
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from labcourse import clock, course_file, courses, files, job, program, student_id
-from labcourse.answers import cell_reports, forms, left_out, reflection
+from labcourse.answers import cell_reports, forms, reflection
 from labcourse.answers.answers import AnswerBook, ResultsTable, student_in
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question
@@ -97,7 +97,7 @@ class Session:
         self.student = student
         self.seed = seed
         course = course_file.of(folder) or {}
-        self.catalogue = left_out.handed_out(catalogue, course)
+        self.catalogue = catalogue.of_release(course)
         self.questions = self.catalogue.everything
         self._folder = folder
         self._given = course.get(course_file.GIVEN, {})

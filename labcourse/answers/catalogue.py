@@ -1,14 +1,22 @@
-"""A course's catalogue: its questions, results tables and reports, by number. It says nothing of what is right."""
+"""A course's catalogue: its questions, results tables and reports, by number. It says nothing of what is right.
+
+A course's settings say which of its optional notebooks a class has, and which other notebooks it does without;
+``course.json`` then names them under ``"optional"`` and ``"without"``. Of notebooks that the class does not have, no
+question is asked, nor entries of tables that repeat such an answer, nor rows of reports that use only such answers.
+Where other notebooks need such an answer, the class is given a value (:meth:`labcourse.session.Session.given_value`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any
 
+from labcourse import course_file
 from labcourse.answers.parts import WHOLE, Part, Predictable, Question, ReportItem, prose
-from labcourse.errors import AnswerError
+from labcourse.errors import AnswerError, ConfigurationError
+from labcourse.problems import Where
 
 
 class Catalogue:
@@ -59,7 +67,8 @@ class Catalogue:
         self.reports: dict[str, Question] = {}
         self.judged: dict[str, Question] = {}
         self.report_judged: dict[str, str] = {}
-        for number, about in (reports or {}).items():
+        self._about_reports = dict(reports or {})
+        for number, about in self._about_reports.items():
             self._add_report(number, about)
         self.outcomes = dict(outcomes or {})
         self.predictions = dict(predictions or {})
@@ -132,6 +141,64 @@ class Catalogue:
         """
         judged = self.judged.get(number) if isinstance(number, str) else None
         return judged or self.find(number)
+
+    def without(self, notebooks: Collection[str]) -> Catalogue:
+        """Return the catalogue of a class that does not have some notebooks; this one, if there are none."""
+        if not notebooks:
+            return self
+
+        def is_asked(question: Question, part: Part) -> bool:
+            return question.notebook not in notebooks and (part.shows is None or is_any_asked(part.shows))
+
+        def is_any_asked(where: Where) -> bool:
+            """Check whether a part is asked, or, without its name, any part of the question."""
+            number, name = where
+            question = self.everything[number]
+            return any(is_asked(question, part) for part in question.parts if name in ("", part.name))
+
+        def asked(questions: Mapping[str, Question]) -> Iterator[Question]:
+            for question in questions.values():
+                parts = tuple(part for part in question.parts if is_asked(question, part))
+                if parts:
+                    yield replace(question, parts=parts)
+
+        items = [
+            replace(item, shows=tuple(filter(is_any_asked, item.shows)))
+            for item in self.report_items
+            if self.reports[item.report].notebook not in notebooks
+            if not item.shows or any(map(is_any_asked, item.shows))
+        ]
+        reports = {item.report for item in items}
+        return Catalogue(
+            asked(self.questions),
+            warm_up=asked(self.warm_up),
+            tables=asked(self.tables),
+            report_items=items,
+            reports={report: about for report, about in self._about_reports.items() if report in reports},
+            outcomes=self.outcomes,
+            predictions={
+                number: predictable
+                for number, predictable in self.predictions.items()
+                if self.everything[number].notebook not in notebooks
+            },
+            optional=self.optional,
+            whole=self.whole,
+        )
+
+    def of_release(self, course: Mapping[str, Any]) -> Catalogue:
+        """Return the catalogue of a release, by its ``course.json``. A checkout is no release: it has all.
+
+        Raises
+        ------
+        ConfigurationError
+            If the entry "optional" or "without" is broken.
+        """
+        optional = course.get(course_file.OPTIONAL, [] if course_file.RELEASE_KEY in course else self.optional)
+        without = course.get(course_file.WITHOUT, [])
+        for names in (optional, without):
+            if not isinstance(names, list | tuple):
+                raise ConfigurationError(f"Notebooks should be named in a list; it is {names!r:.80}.")
+        return self.without([*without, *(name for name in self.optional if name not in optional)])
 
 
 def _of_parts(number: str, section: str, notebook: str, title: str, parts: list[Part]) -> Question:

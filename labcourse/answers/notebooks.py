@@ -357,9 +357,7 @@ def asked_of(notebooks: Mapping[str, dict[str, Any]], folder: Path) -> Catalogue
     ConfigurationError
         If no module has a catalogue, or the folder's ``course.json`` cannot be understood.
     """
-    from labcourse.answers import left_out
-
-    return left_out.handed_out(catalogue_of(notebooks), course_file.of(folder) or {})
+    return catalogue_of(notebooks).of_release(course_file.of(folder) or {})
 
 
 def _modules(notebook: dict[str, Any]) -> Iterator[str]:

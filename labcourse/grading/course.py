@@ -146,9 +146,7 @@ class Course:
     @property
     def asked_catalogue(self) -> Catalogue:
         """The questions of the class: all of the catalogue, but those of the notebooks that it does without."""
-        from labcourse.answers import left_out
-
-        return left_out.reduced(self.catalogue, self.settings.without)
+        return self.catalogue.without(self.settings.without)
 
     def given_values(
         self, student: str, policy: BenchPolicy, asked_parts: Collection[tuple[str, str]]
@@ -250,7 +248,6 @@ def load(folder: Path, with_optional: bool = False) -> Course:
     GradingError
         If it cannot be loaded, if its key does not fit its catalogue, or if its settings are not understood.
     """
-    from labcourse.answers import left_out
     from labcourse.grading import settings
 
     folder = folder.resolve()
@@ -276,7 +273,7 @@ def load(folder: Path, with_optional: bool = False) -> Course:
     if with_optional:
         course_settings = replace(course_settings, optional=course.catalogue.optional, without=())
     title = course_settings.title or course.title or course.name
-    catalogue = left_out.reduced(course.catalogue, {*course.catalogue.optional}.difference(course_settings.optional))
+    catalogue = course.catalogue.without({*course.catalogue.optional}.difference(course_settings.optional))
     key = {number: checks for number, checks in course.key.items() if number in catalogue.marked}
     return replace(course, catalogue=catalogue, key=key, folder=folder, settings=course_settings, title=title)
 

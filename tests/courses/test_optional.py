@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 from checkout import ROOT
 
-from labcourse.answers import left_out
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import ConfigurationError, GradingError
 from labcourse.grading import assignments, commands, course_check
@@ -250,10 +249,10 @@ def test_the_questions_of_this_course_are_the_same_with_an_optional_notebook_tha
     workbook = {name: one for name, one in CATALOGUE.marked.items() if not name.startswith("4.")}
     assert len(workbook) == len(CATALOGUE.marked) - 11
     for course in ({"release": "2025-autumn-1", "student": "ada"}, {"release": "2026-1", "optional": []}):
-        assert left_out.handed_out(CATALOGUE, course).marked == workbook
-        assert left_out.handed_out(CATALOGUE, course).predictions == CATALOGUE.predictions
+        assert CATALOGUE.of_release(course).marked == workbook
+        assert CATALOGUE.of_release(course).predictions == CATALOGUE.predictions
     for course in ({}, {"student": "ada"}, {"release": "2026-1", "optional": ["11_beyond_the_workbook"]}):
-        assert left_out.handed_out(CATALOGUE, course) is CATALOGUE
+        assert CATALOGUE.of_release(course) is CATALOGUE
     for course in ({"optional": 1}, {"without": "01_modeling_prelab"}):
         with pytest.raises(ConfigurationError, match="in a list"):
-            left_out.handed_out(CATALOGUE, course)
+            CATALOGUE.of_release(course)

@@ -12,7 +12,6 @@ import numpy as np
 import sympy
 from matplotlib.figure import Figure
 
-from labcourse.answers import left_out
 from rotflex import experiments, response, signals, simulation
 from rotflex.course import spare_design
 from rotflex.course.questions import CATALOGUE
@@ -20,7 +19,7 @@ from rotflex.course.questions import CATALOGUE
 Where = tuple[str, str]  # question, part
 Change = Callable[[Any], Any]
 
-ASKED = left_out.reduced(CATALOGUE, CATALOGUE.optional)  # without optional notebooks
+ASKED = CATALOGUE.without(CATALOGUE.optional)  # without optional notebooks
 FULL = {(q.number, p.name): p.points for q in ASKED.everything.values() for p in q.parts if p.marked == "auto"}
 MEASURED = ("t_s", "PO", "alpha_max_deg", "V_max")
 

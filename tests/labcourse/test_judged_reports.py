@@ -2,7 +2,7 @@
 
 import pytest
 
-from labcourse.answers import left_out, report_files
+from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import WHOLE, Question, ReportItem, number
 from labcourse.errors import AnswerError
@@ -76,7 +76,7 @@ def test_both_reports_of_this_course_are_judged_for_a_point_in_each_of_two_outco
     assert {number: [(part.outcome, part.points) for part in one.parts] for number, one in OURS.judged.items()} == {
         f"{report}, as a whole": [("GS-1", 1), ("GS-2", 1)] for report in ("Modeling report", "Control report")
     }
-    asked = left_out.reduced(OURS, OURS.optional)  # as a class is asked by default
+    asked = OURS.without(OURS.optional)  # as a class is asked by default
     parts = [part for question in asked.marked.values() for part in question.parts]
     assert sum(part.points for part in parts) == 128.5
     assert sum(part.points for part in parts if part.marked == "person") == 46

@@ -5,7 +5,6 @@ import json
 import pytest
 
 import rotflex.course.lab
-from labcourse.answers import left_out
 from labcourse.answers.notebooks import asked_of
 from labcourse.errors import AnswerError
 from rotflex.course import reports
@@ -113,7 +112,7 @@ def test_a_check_at_home_asks_for_as_much(begin, tmp_path):
 
 @pytest.mark.parametrize("names", LEFT_OUT.values(), ids=LEFT_OUT)
 def test_a_row_of_a_report_rests_on_something_that_is_asked(names):
-    asked = left_out.reduced(CATALOGUE, names)
+    asked = CATALOGUE.without(names)
     for item in asked.report_items:
         whole = next(one for one in CATALOGUE.report_items if (one.report, one.number) == (item.report, item.number))
         assert bool(item.shows) == bool(whole.shows)

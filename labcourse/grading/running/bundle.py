@@ -22,7 +22,6 @@ from pathlib import Path
 from typing import Any
 
 from labcourse import course_file
-from labcourse.answers import left_out
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Cell
 from labcourse.benches import THEIR_OWN, BenchPolicy
@@ -258,7 +257,7 @@ def _place_course_file(folder: Path, course: Course) -> Catalogue:
     place.mkdir(parents=True)
     shutil.copyfile(file, place / COURSE_FILE)
     try:
-        return left_out.handed_out(course.catalogue, json.loads(file.read_bytes()))
+        return course.catalogue.of_release(json.loads(file.read_bytes()))
     except (ValueError, ConfigurationError) as error:
         raise GradingError(f"{COURSE_FILE}: {error}") from None
 
