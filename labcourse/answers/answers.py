@@ -120,10 +120,6 @@ class AnswerBook:
             with self._locked():
                 self._version = version
 
-    def cell(self, question: str, part: str) -> str:
-        """Return the id of the cell that recorded the answer to a part; "" if none did, or if it is not known."""
-        return str(self._sections["cells"].get(question, {}).get(part, ""))
-
     def get(self, question: str, part: str) -> dict[str, Any] | None:
         """Return the stored answer to a part as plain data, or None."""
         answer: dict[str, Any] | None = self._sections["answers"].get(question, {}).get(part)
