@@ -156,7 +156,6 @@ class Notebook:
             raise NotebookError(Problem.of(Code.NOTEBOOK_TOO_LARGE, most=MAX_FILE))
         if parts_in(data) > MAX_PARTS:
             raise NotebookError(Problem.of(Code.TOO_MANY_PARTS, most=MAX_PARTS))
-        problems: list[Problem] = []
         notebook = cls.read(data, object_pairs_hook=_needed)
         sizes = Counter[str]()
         for cell in notebook.cells:
@@ -167,24 +166,24 @@ class Notebook:
             # Some editors put pictures into the text itself.
             if size > (most := MAX_PICTURES if kind == TEXT else MAX_NOTEBOOK):
                 raise NotebookError(Problem.of(Code.CELLS_TOO_LARGE, kind=kind, most=most))
-        notebook._drop_pictures(problems)
+        problems = tuple(notebook._drop_pictures())
         language = max(data.rfind(b'"language_info"'), 0)
         version = _VERSION.search(data, language, language + _LONGEST_LANGUAGE)
-        return replace(notebook, problems=tuple(problems), python=version[1].decode() if version else "")
+        return replace(notebook, problems=problems, python=version[1].decode() if version else "")
 
     @property
     def cells(self) -> tuple[Cell, ...]:
         """The cells, without their outputs."""
         return tuple(map(_as_cell, self.content["cells"]))
 
-    def _drop_pictures(self, problems: list[Problem]) -> None:
-        """Drop the attachments that exceed the limit of all together."""
+    def _drop_pictures(self) -> Iterator[Problem]:
+        """Drop the attachments that exceed the limit of all together, and yield a problem for each."""
         size = 0
         for place, cell in enumerate(self.content["cells"], 1):
             for name, content in [*cell.get("attachments", {}).items()]:
                 added = len(name) + sum(len(kind) + sum(map(len, data)) for kind, data in content.items())
                 if size + added > MAX_PICTURES:
-                    problems.append(Problem.of(Code.PASTED_PICTURE_LEFT_OUT, picture=name, cell=place))
+                    yield Problem.of(Code.PASTED_PICTURE_LEFT_OUT, picture=name, cell=place)
                     del cell["attachments"][name]
                 else:
                     size += added

@@ -14,6 +14,7 @@ import io
 import itertools
 import re
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -277,27 +278,20 @@ def _id(cell: Mapping[str, Any]) -> str:
 
 def _owners(masters: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> list[str]:
     """Return the id of the course's cell for each of the student's cells; "" for the student's own."""
-    ids = {_id(master) for master in masters}
-    by_grade_id = {grade_id(master): _id(master) for master in masters if grade_id(master)}
-    by_heading = {
-        heading: _id(master) for master in masters if where_of(master) for heading in headings(source_of(master))
-    }
-    by_source: dict[str, list[str]] = {}
+    owners: dict[tuple[str, str], str] = {}  # by what a cell of the course is known by, as ("id", its id)
+    sources = Counter(source_of(master).strip() for master in masters)
     for master in masters:
-        by_source.setdefault(source_of(master).strip(), []).append(_id(master))
-
-    def owner(cell: Cell) -> str:
-        if cell.id and cell.id in ids:
-            return cell.id
-        if cell.grade_id in by_grade_id:
-            return by_grade_id[cell.grade_id]
-        for heading in headings(cell.source):
-            if heading in by_heading:
-                return by_heading[heading]
-        same = by_source.get(cell.source.strip(), []) if cell.source.strip() else []
-        return same[0] if len(same) == 1 else ""
-
-    return [owner(cell) for cell in cells]
+        source = source_of(master).strip()
+        known_by = [("id", _id(master)), ("grade id", grade_id(master))]
+        known_by += [("heading", heading) for heading in headings(source)] if where_of(master) else []
+        known_by += [("source", source)] if sources[source] == 1 else []
+        owners |= dict.fromkeys(known_by, _id(master))
+    found = []
+    for cell in cells:
+        signs = [("id", cell.id), ("grade id", cell.grade_id), *(("heading", text) for text in headings(cell.source))]
+        signs.append(("source", cell.source.strip()))
+        found.append(next((owners[kind, text] for kind, text in signs if text and (kind, text) in owners), ""))
+    return found
 
 
 def grade_id(cell: Mapping[str, Any]) -> str:
