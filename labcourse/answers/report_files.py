@@ -189,12 +189,11 @@ def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list
 # --- the texts of a report --------------------------------------------------------------------------------------------
 
 
-def outline(catalogue: Catalogue, report: str, lab: Lab) -> str:
+def outline(report: str, lab: Lab) -> str:
     """List the rows of a report as a Markdown table: text, the questions that it uses, and what is still missing.
 
     Parameters
     ----------
-    catalogue : the course's
     report : its number, as in "First report"
     lab : the student's session, with their answers
 
@@ -203,15 +202,13 @@ def outline(catalogue: Catalogue, report: str, lab: Lab) -> str:
     AnswerError
         If there is no such report.
     """
-    if report not in catalogue.reports:
-        raise AnswerError(f"There is no report {report!r}; there are {', '.join(catalogue.reports)}.")
+    if report not in lab.catalogue.reports:
+        raise AnswerError(f"There is no report {report!r}; there are {', '.join(lab.catalogue.reports)}.")
     lab.refresh()
     rows = ["| | text | what it says | questions | state |", "|---|---|---|---|---|"]
-    for item in catalogue.items(report):
+    for item in lab.catalogue.items(report):
         rests_on = ", ".join(dict.fromkeys(number for number, _part in item.shows))
-        rows.append(
-            f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_progress(catalogue, item, lab)} |"
-        )
+        rows.append(f"| {item.number} | {item.heading} | {item.prompt} | {rests_on} | {_progress(item, lab)} |")
     return "\n".join(rows)
 
 
@@ -228,19 +225,21 @@ def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
     )
 
 
-def _progress(catalogue: Catalogue, item: ReportItem, lab: Lab) -> str:
+def _progress(item: ReportItem, lab: Lab) -> str:
     """Say which answers of a report's row are missing: those that it shows, and its own text.
 
     With an own document, the text counts as written. For a row on the report as a whole, return "".
     """
     wanted = [*item.shows, *([(item.report, item.part)] if item.part else [])]
-    parts = [(number, part) for number, name in wanted for part in ([name] if name else catalogue.find(number).names)]
-    missing = [f"{number} {part}" for number, part in parts if lab.content(number, part) is None]
-    own = lab.own_document(item.report)
-    if own is not None and item.part and lab.content(item.report, item.part) is None:
-        missing.remove(f"{item.report} {item.part}")
-        if not missing:
-            return f"in your own document, {own.name}"
+    parts = [
+        (number, part) for number, name in wanted for part in ([name] if name else lab.catalogue.find(number).names)
+    ]
+    missing = [where for where in parts if lab.content(*where) is None]
+    own = lab.own_document(item.report) if (item.report, item.part) in missing else None
+    if own is not None:
+        missing.remove((item.report, item.part))
     if missing:
-        return f"missing: {', '.join(missing)}"
+        return f"missing: {', '.join(map(' '.join, missing))}"
+    if own is not None:
+        return f"in your own document, {own.name}"
     return "recorded" if parts else ""

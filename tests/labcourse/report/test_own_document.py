@@ -89,20 +89,20 @@ def test_a_document_that_was_made_of_the_notebook_is_taken(lab, capsys):
 
 
 def test_its_texts_are_missing_nowhere_until_it_is_gone_again(lab, folder, capsys):
-    assert "missing: First report Procedure" in report_files.outline(CATALOGUE, "First report", lab)
+    assert "missing: First report Procedure" in report_files.outline("First report", lab)
     attach(lab, capsys, typeset())
-    outline = report_files.outline(CATALOGUE, "First report", lab)
+    outline = report_files.outline("First report", lab)
     assert "missing" not in outline and outline.count(f"in your own document, {NAME}") == 4
     lab.progress("02")
     assert f"On the swing: in your own document, {NAME}" in capsys.readouterr().out
     (folder / NAME).unlink()
-    assert "missing" in report_files.outline(CATALOGUE, "First report", lab)
+    assert "missing" in report_files.outline("First report", lab)
 
 
 def test_a_report_that_is_made_of_empty_cells_is_no_document_of_ones_own(lab, folder):
     (folder / NAME).write_bytes(composed())
     assert lab.own_document("First report") is None
-    assert "missing: First report Procedure" in report_files.outline(CATALOGUE, "First report", lab)
+    assert "missing: First report Procedure" in report_files.outline("First report", lab)
     assert report_files.is_composed(writing.write(of_text("Words.")).pdf)
     assert not report_files.is_composed(typeset())
 
