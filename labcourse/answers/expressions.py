@@ -25,7 +25,9 @@ MAX_EXPONENT = 64  #: of a power, and of powers within powers multiplied togethe
 #: How many arguments there are to each kind: fewest and most.
 ARGUMENTS = {"symbol": (1, 1), "int": (1, 1), "rational": (2, 2), "float": (1, 1), "pi": (0, 0), "pow": (2, 2)}
 ARGUMENTS |= {"add": (1, MAX_NODES), "mul": (1, MAX_NODES)} | dict.fromkeys(("sqrt", "sin", "cos", "exp"), (1, 1))
-#: Kinds with arguments that are trees, and what makes one in sympy. It has no sqrt of its own, but a power.
+#: Kinds with plain arguments, and what makes one in sympy; then those with arguments that are trees. It has no sqrt of
+#: its own, but a power.
+_LEAVES = {"symbol": "Symbol", "int": "Integer", "rational": "Rational", "float": "Float"}
 _MAKERS = {"add": "Add", "mul": "Mul", "pow": "Pow", "sin": "sin", "cos": "cos", "exp": "exp", "sqrt": "sqrt"}
 NAME = pattern(r"[A-Za-z][A-Za-z0-9_]{0,30}", ANSWER)
 _DOTTED = pattern(r"\\(d?dot)\s*(?:\{\s*\\?(\w+)\s*\}|\\?(\w+))")  # \dot{x}, \ddot\mu, \dot x
@@ -216,18 +218,11 @@ def _build(tree: list[Any]) -> Any:
     """Return the sympy expression of a tree that was checked."""
     import sympy
 
-    match tree:
-        case ["symbol", name]:
-            return sympy.Symbol(name)
-        case ["int", number]:
-            return sympy.Integer(number)
-        case ["rational", numerator, denominator]:
-            return sympy.Rational(numerator, denominator)
-        case ["float", number]:
-            return sympy.Float(number)
-        case ["pi"]:
-            return sympy.pi
     kind, *arguments = tree
+    if kind == "pi":
+        return sympy.pi
+    if kind in _LEAVES:
+        return getattr(sympy, _LEAVES[kind])(*arguments)
     return getattr(sympy, _MAKERS[kind])(*map(_build, arguments))
 
 

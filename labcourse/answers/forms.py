@@ -155,13 +155,6 @@ def _real(value: Any) -> float:
 
 def _complex(value: Any) -> complex:
     """Return one finite number, real or complex, from whatever a student may have it in."""
-    check_given(value)
-    if isinstance(value, bool | np.bool_):
-        raise FormError("it is True or False, not a number")
-    if isinstance(value, str | bytes):
-        match = _NUMBER_AND_UNIT.fullmatch(str(value)[:SHORT])
-        how = f"write the number alone, without quotes and unit: {match[1]}" if match else "leave out the quotes"
-        raise FormError(f"it is text; {how}")
     if is_symbolic(value) and getattr(value, "free_symbols", None):
         left = ", ".join(sorted(str(symbol) for symbol in value.free_symbols))
         raise FormError(f"it still contains {left}: substitute numbers for them")
@@ -175,8 +168,13 @@ def _complex(value: Any) -> complex:
         if array.size != 1:
             raise FormError(f"one number is asked for; this has {array.size} values")
         value = array.item()
-        if isinstance(value, bool | str | bytes | None | type(Ellipsis)):
-            return _complex(value)
+    check_given(value)
+    if isinstance(value, bool):
+        raise FormError("it is True or False, not a number")
+    if isinstance(value, str | bytes):
+        match = _NUMBER_AND_UNIT.fullmatch(str(value)[:SHORT])
+        how = f"write the number alone, without quotes and unit: {match[1]}" if match else "leave out the quotes"
+        raise FormError(f"it is text; {how}")
     try:
         number = complex(value)
     except (TypeError, ValueError, OverflowError):
@@ -195,24 +193,27 @@ def _plausibility(part: Part, number: float) -> str | None:
     """Return a hint where a number is outside the plausible range: a likely slip of units, or just unusual."""
     if part.unit == "%" and 0 < number < _LEAST_PERCENTAGE:
         return f"it looks like it is a fraction; give {part.unit}, unless it is really that small"
-    if part.plausible is None or part.plausible[0] <= number <= part.plausible[1]:
-        return None
-    if part.plausible[0] <= -number <= part.plausible[1] and number:
-        return "it is negative: check the sign"
     angular = _ANGLE_SLIPS if "rad" in part.unit or "deg" in part.unit else ()
-    slip = _slip(number, part.plausible, part.unit, _SLIPS.get(part.unit, ()), angular, _THOUSAND)
-    return slip or f"unusually {'large' if number > part.plausible[1] else 'small'} for this plant: check"
+    hint = _out_of_range(number, part.plausible, part.unit, "", angular, _THOUSAND)
+    if hint and _out_of_range(-number, part.plausible, part.unit, "") is None:
+        return "it is negative: check the sign"
+    return hint
 
 
-def _slip(
-    number: float, plausible: tuple[float, float], unit: str, *candidates: Iterable[tuple[float, str]]
+def _out_of_range(
+    number: float, plausible: tuple[float, float] | None, unit: str, noun: str, *more: Iterable[tuple[float, str]]
 ) -> str | None:
-    """Return a hint at the slip of units, (factor, name), that would explain a number; the likeliest are first."""
-    for slips in candidates:
+    """Return a hint if a number is out of its plausible range: at a slip of units that explains it, if there is one.
+
+    Likely slips of a unit are tried first, then ``more`` of them: (factor, name).
+    """
+    if plausible is None or plausible[0] <= number <= plausible[1]:
+        return None
+    for slips in (_SLIPS.get(unit, ()), *more):
         names = [name for factor, name in slips if plausible[0] <= number * factor <= plausible[1]]
         if names:
             return f"it looks like it is {' or '.join(names)}{f'; give {unit}' if unit else ''}"
-    return None
+    return f"{noun}unusually {'large' if number > plausible[1] else 'small'} for this plant: check"
 
 
 # --- matrices and poles ----------------------------------------------------------------------------------------------
@@ -271,16 +272,15 @@ def _encode_matrix(part: Part, value: Any) -> tuple[Fields, Hints]:
 
 def _unusual(part: Part, numbers: list[float]) -> Iterator[str]:
     """Give hints on a matrix, by its entries that are not zero."""
-    digits, plausible, unit = part.usual.digits, part.usual.largest, part.usual.unit
+    digits = part.usual.digits
     if digits > 1 and numbers and all(float(f"{number:.{digits - 2}e}") == number for number in numbers):
         yield (
             f"its entries have {digits - 1} digits or fewer: give what you computed, for what comes next builds on it"
         )
-    largest = max(map(abs, numbers), default=0.0)
-    if plausible is not None and numbers and not plausible[0] <= largest <= plausible[1]:
-        size = "large" if largest > plausible[1] else "small"
-        slip = _slip(largest, plausible, unit, _SLIPS.get(unit, ()))
-        yield slip or f"its entries are unusually {size} for this plant: check"
+    largest = max(map(abs, numbers), default=None)
+    if largest is not None:
+        hint = _out_of_range(largest, part.usual.largest, part.usual.unit, "its entries are ")
+        yield from [hint] if hint else []
 
 
 def _encode_poles(part: Part, value: Any) -> tuple[Fields, Hints]:
