@@ -16,7 +16,6 @@ from typing import Any
 from labcourse import course_file
 from labcourse.answers.parts import WHOLE, Part, Predictable, Question, ReportItem, prose
 from labcourse.errors import AnswerError, ConfigurationError
-from labcourse.problems import Where
 
 
 class Catalogue:
@@ -147,27 +146,24 @@ class Catalogue:
         if not notebooks:
             return self
 
-        def is_asked(question: Question, part: Part) -> bool:
-            return question.notebook not in notebooks and (part.shows is None or is_any_asked(part.shows))
-
-        def is_any_asked(where: Where) -> bool:
+        def is_asked(number: str, name: str) -> bool:
             """Check whether a part is asked, or, without its name, any part of the question."""
-            number, name = where
             question = self.everything[number]
-            return any(is_asked(question, part) for part in question.parts if name in ("", part.name))
+            parts = [part for part in question.parts if name in ("", part.name)]
+            here = question.notebook not in notebooks
+            return here and any(part.shows is None or is_asked(*part.shows) for part in parts)
 
         def asked(questions: Mapping[str, Question]) -> Iterator[Question]:
             for question in questions.values():
-                parts = tuple(part for part in question.parts if is_asked(question, part))
+                parts = tuple(part for part in question.parts if is_asked(question.number, part.name))
                 if parts:
                     yield replace(question, parts=parts)
 
-        items = [
-            replace(item, shows=tuple(filter(is_any_asked, item.shows)))
-            for item in self.report_items
-            if self.reports[item.report].notebook not in notebooks
-            if not item.shows or any(map(is_any_asked, item.shows))
-        ]
+        items = []
+        for item in self.report_items:
+            shows = tuple(where for where in item.shows if is_asked(*where))
+            if self.reports[item.report].notebook not in notebooks and (shows or not item.shows):
+                items.append(replace(item, shows=shows))
         reports = {item.report for item in items}
         return Catalogue(
             asked(self.questions),
