@@ -17,6 +17,7 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.parts import Question
 from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.words import SavedTexts
+from labcourse.course_file import NOBODY
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
@@ -30,7 +31,6 @@ if TYPE_CHECKING:  # the bar is for live notebooks alone
     from labcourse.scene.course_bar import Chip, CourseBar
 
 PROBE_SEED = "LABCOURSE_PROBE_SEED"  #: environment variable; grading sets it
-DEMO = course_file.NOBODY  #: the student of whoever gives no name
 _RAISE = object()
 
 
@@ -56,14 +56,14 @@ def student_of(given: str, folder: Path) -> str:
     if known and typed and student_id.caseless(known) != student_id.caseless(typed):
         print(f"Note      You are {known} here, and go on as {known}: the line student = {typed!r} changes nothing.")
         print(f"          If {known} is wrong, end JupyterLab and start it by: {program.name()} lab --student YOUR-ID")
-    return known or typed or DEMO
+    return known or typed or NOBODY
 
 
 def _known(folder: Path, typed: str) -> str:
     """Return the ID from ``course.json``, else from the recorded answers, else from the hub; "" if there is none."""
     answers = folder / ANSWERS_FILE
     recorded = student_in(files.read(answers)) if answers.is_file() else ""
-    named = (course_file.read(folder) or {}).get(course_file.STUDENT_KEY) or (recorded if recorded != DEMO else "")
+    named = (course_file.read(folder) or {}).get(course_file.STUDENT_KEY) or (recorded if recorded != NOBODY else "")
     try:
         return student_id.normalised(named) if named else course_file.hub_user()
     except StudentIDError as error:
@@ -140,7 +140,7 @@ class Session:
         notes : what else to know at the beginning, a line each
         """
         way = f'no ID yet: start {program.name()} lab --student YOUR-ID, or write your ID in student = "..."'
-        student = self.student + (f" ({way})" if self.student == DEMO else "")
+        student = self.student + (f" ({way})" if self.student == NOBODY else "")
         if not from_notebook.in_kernel():
             print(f"Student   {student}", f"Bench     {bench}", *notes, sep="\n")
             return
@@ -269,19 +269,15 @@ class Session:
                 return forms.decode(wanted, content)
             except AnswerError as error:
                 raise AnswerError(f"{question}  {part}  cannot be read: {error} Answer it again.") from None
-        if not is_asked:
-            unasked = f"{question}  {part}  is not asked in your class"
-            if default is _RAISE:
-                raise AnswerError(f"{unasked}.")
-            print(unasked)
-            return default
-        cell_reports.lacked(question, part)
-        self._lacked.setdefault(cell_now(), set()).add((question, part))
-        missing = f"{question}  {part}  not answered yet: notebook {asked.notebook} asks for it"
-        if wanted.kind == "prose":
-            missing += " (words are read from the saved notebook)"
+        missing, todo = f"{question}  {part}  is not asked in your class", ""
+        if is_asked:
+            cell_reports.lacked(question, part)
+            self._lacked.setdefault(cell_now(), set()).add((question, part))
+            how = " (words are read from the saved notebook)" if wanted.kind == "prose" else ""
+            missing = f"{question}  {part}  not answered yet: notebook {asked.notebook} asks for it{how}"
+            todo = " Answer it there first."
         if default is _RAISE:
-            raise AnswerError(f"{missing}. Answer it there first.")
+            raise AnswerError(f"{missing}.{todo}")
         place.show_linked(missing, self.catalogue)
         return default
 
