@@ -30,7 +30,7 @@ from labcourse.sentences import sentence
 __all__ = ["MAX_BYTES", "Encoded", "FormError", "NotAnswered", "Sampled", "decode", "encode", "show"]
 
 MAX_BYTES = 120_000  #: of one answer, as JSON; a recording of 400 points in a dozen channels
-_ABOVE = 4  # levels of answers.json above a recording's metadata
+_ABOVE = 3  # levels of answers.json above an answer
 #: What a notebook may leave where a text is to be written.
 STUBS = ("", "...", "your answer here", "your text here")
 
@@ -92,8 +92,12 @@ def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
         fields, hints = _encode_function(part, value, probe_seed)
     else:
         fields, hints = _ENCODERS[part.kind](part, value)
-    content = {"kind": part.kind, **fields}
-    size = len(json.dumps(content, allow_nan=False))
+    try:
+        text = json.dumps({"kind": part.kind, **fields}, allow_nan=False)
+        content = schema.load(text.encode(), schema.MAX_DEPTH - _ABOVE)
+    except (TypeError, ValueError, RecursionError):  # all else that is encoded is plain
+        raise FormError("the recording's metadata is not plain data (text, numbers, lists)") from None
+    size = len(text)
     if size > MAX_BYTES:
         raise FormError(
             f"it is too large to be recorded ({size} of at most {MAX_BYTES} bytes): leave out what is not needed"
@@ -422,20 +426,8 @@ def encode_recording(part: Part, value: Any) -> tuple[Fields, Hints]:
         for name, wanted in (*part.settings, *part.usual.settings)
         if value.metadata.get(name, wanted) != wanted
     ]
-    fields = {"metadata": _metadata(value), "n": len(value), "sample_time": value.sample_time, "channels": channels}
+    fields = {"metadata": dict(value.metadata), "n": len(value), "sample_time": value.sample_time, "channels": channels}
     return fields, hints
-
-
-def _metadata(value: Sampled) -> dict[str, Any]:
-    """Return a recording's metadata as JSON data."""
-    from labcourse.answers import schema
-
-    try:
-        text = json.dumps(dict(value.metadata), allow_nan=False)
-        metadata: dict[str, Any] = schema.load(text.encode(), schema.MAX_DEPTH - _ABOVE)
-    except (TypeError, ValueError, RecursionError):
-        raise FormError("the recording's metadata is not plain data (text, numbers, lists)") from None
-    return metadata
 
 
 _ENCODERS: dict[str, Callable[[Part, Any], tuple[Fields, Hints]]] = {
