@@ -145,21 +145,7 @@ class AnswerBook:
         if not parts:
             raise AnswerError(f"Question {question.number} takes {', '.join(question.names)}; nothing was given.")
         self.refresh()
-        replies: list[Reply] = []
-        for part in parts:
-            earlier = " (the earlier answer stays)" if self.get(question.number, part.name) else ""
-            try:
-                encoded = forms.encode(part, values[part.name], self.probe_seed)
-                self._add(question.number, part.name, encoded.content, cell)
-            except NotAnswered:
-                text = f"{part.name}  not answered yet{earlier}"
-                replies.append(Reply(question.number, part.name, False, text))
-            except FormError as error:
-                text = f"{part.name}  not recorded: {error}{earlier}"
-                replies.append(Reply(question.number, part.name, False, text, refused=str(error)))
-            else:
-                text = f"{forms.show(part, encoded.content)}  recorded"
-                replies.append(Reply(question.number, part.name, True, text, encoded.hints))
+        replies = [self._reply(question.number, part, values[part.name], cell) for part in parts]
         if recorded := [reply.part for reply in replies if reply.recorded]:
             contents = self._sections["answers"][question.number]
             with self._locked() as problem:  # which reads the file again: to try a function may have taken long
@@ -167,6 +153,18 @@ class AnswerBook:
                     self._add(question.number, name, contents[name], cell)
                 self._save(problem)
         return replies
+
+    def _reply(self, question: str, part: Part, value: Any, cell: str) -> Reply:
+        """Add an answer that has the form of its part to what is to be written, and return the reply."""
+        earlier = " (the earlier answer stays)" if self.get(question, part.name) else ""
+        try:
+            encoded = forms.encode(part, value, self.probe_seed)
+            self._add(question, part.name, encoded.content, cell)
+        except NotAnswered:
+            return Reply(question, part.name, False, f"{part.name}  not answered yet{earlier}")
+        except FormError as error:
+            return Reply(question, part.name, False, f"{part.name}  not recorded: {error}{earlier}", refused=str(error))
+        return Reply(question, part.name, True, f"{forms.show(part, encoded.content)}  recorded", encoded.hints)
 
     def _add(self, question: str, part: str, content: dict[str, Any], cell: str) -> None:
         """Add an answer to what is to be written; raise FormError if the file would grow too large with it."""
