@@ -33,7 +33,13 @@ def encode(value: Any) -> tuple[dict[str, Any], list[str]]:
     FormError
         If it is not a figure, or shows no curve, or has too many diagrams.
     """
-    diagrams = seen_diagrams(value)
+    shown = [(axis, list(_lines(axis))) for axis in figure_of(value).axes if axis.get_visible()]
+    diagrams = [(axis, lines) for axis, lines in shown if _curves(lines)]
+    if not diagrams:
+        raise FormError(
+            "there is no curve on the figure, within the limits of its axes: plot something first, and give the "
+            "figure you plotted on"
+        )
     if len(diagrams) > json_values.MOST_AXES:
         raise FormError(f"it has {len(diagrams)} diagrams; {json_values.MOST_AXES} at most are recorded")
     each = max(
@@ -44,31 +50,12 @@ def encode(value: Any) -> tuple[dict[str, Any], list[str]]:
     for index, (axis, lines) in enumerate(diagrams, start=1):
         texts = {"title": axis.get_title(), "xlabel": _label(axis, "x"), "ylabel": _label(axis, "y")}
         texts = {name: clean(text).strip()[: json_values.LONGEST_LABEL] for name, text in texts.items()}
-        axes.append({**texts, "lines": [_thinned(line, each) for line in most_of(lines)]})
+        axes.append({**texts, "lines": [_thinned(line, each) for line in _most_of(lines)]})
         for hint in _hints(texts["xlabel"], texts["ylabel"], lines):
             hints.setdefault(hint, []).append(index)
     if len(axes) == 1:
         return {"axes": axes}, list(hints)
     return {"axes": axes}, [f"in diagram {', '.join(map(str, where))}: {hint}" for hint, where in hints.items()]
-
-
-def seen_diagrams(value: Any) -> list[tuple[Any, list[dict[str, Any]]]]:
-    """Return the axes of a figure that show a curve, each with all its curves: label, n, x (n,), y (n,).
-
-    Raises
-    ------
-    FormError
-        If it is no figure, or shows no curve.
-    """
-    figure = figure_of(value)
-    diagrams = [(axis, list(_lines(axis))) for axis in figure.axes if axis.get_visible()]
-    diagrams = [(axis, lines) for axis, lines in diagrams if _curves(lines)]
-    if not diagrams:
-        raise FormError(
-            "there is no curve on the figure, within the limits of its axes: plot something first, and give the "
-            "figure you plotted on"
-        )
-    return diagrams
 
 
 def figure_of(value: Any) -> Any:
@@ -89,7 +76,7 @@ def _curves(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [line for line in lines if line["n"] > 2]
 
 
-def most_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _most_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the lines with most points, in their order: of many lines, most are marks."""
     longest = sorted(range(len(lines)), key=lambda place: -lines[place]["n"])[: json_values.MOST_LINES]
     return [lines[place] for place in sorted(longest)]

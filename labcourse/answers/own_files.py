@@ -17,6 +17,7 @@ from pathlib import Path, PurePosixPath
 
 from labcourse import files
 from labcourse.answers.cell_reports import REPORTS_FILE
+from labcourse.answers.notebooks import why_unread
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.problems import Code, Problem
 from labcourse.student_id import caseless
@@ -147,8 +148,7 @@ def _ordinary_files(folder: Path, within: PurePosixPath, refused: list[Problem])
 
 
 def _refused(path: PurePosixPath, error: OSError) -> Problem:
-    why = Problem.of(Code.SYSTEM_ERROR, error=files.reason(error))
-    return Problem.of(Code.OWN_FILE_REFUSED, files.shown(path), why=why)
+    return Problem.of(Code.OWN_FILE_REFUSED, files.shown(path), why=why_unread(error))
 
 
 def _is_skipped(path: PurePosixPath, environments: set[PurePosixPath], excluded: Collection[str]) -> bool:

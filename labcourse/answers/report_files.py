@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 from labcourse import files
 from labcourse.answers.catalogue import Catalogue
-from labcourse.answers.notebooks import Cell
+from labcourse.answers.notebooks import Cell, why_unread
 from labcourse.answers.own_files import megabytes
 from labcourse.answers.parts import ReportItem
 from labcourse.errors import AnswerError
@@ -178,7 +178,7 @@ def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list
         except FileNotFoundError:
             continue
         except OSError as error:
-            why = Problem.of(Code.SYSTEM_ERROR, error=files.reason(error))
+            why = why_unread(error)
         if why:
             problems.append(Problem.of(Code.REPORT_NOT_HANDED_IN, name, why=why))
         else:
