@@ -138,8 +138,7 @@ class Catalogue:
         AnswerError
             If there is none; the message names the most similar numbers.
         """
-        judged = self.judged.get(number) if isinstance(number, str) else None
-        return judged or self.find(number)
+        return self.judged.get(number) or self.find(number)
 
     def without(self, notebooks: Collection[str]) -> Catalogue:
         """Return the catalogue of a class that does not have some notebooks; this one, if there are none."""

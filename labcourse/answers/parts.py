@@ -190,10 +190,9 @@ class Part:
     shows: Where | None = None
 
     @property
-    def rows_and_columns(self) -> tuple[int, int]:
+    def rows_and_columns(self) -> tuple[int, ...]:
         """The shape in which a matrix is stored: a vector (n,) as one row."""
-        rows, columns = (1, *self.shape)[-2:]
-        return rows, columns
+        return (1, *self.shape)[-2:]
 
 
 @dataclass(frozen=True)

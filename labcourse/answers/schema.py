@@ -77,11 +77,8 @@ def _printable(text: str) -> str:
 
 
 def _small(metadata: dict[str, Any]) -> dict[str, Any]:
-    """Check that JSON data is short, and printable."""
-    try:
-        text = json.dumps(metadata, allow_nan=False, ensure_ascii=False)
-    except RecursionError:
-        raise ValueError("The metadata is nested too deeply.") from None
+    """Check that JSON data, which :func:`load` gave, is short and printable."""
+    text = json.dumps(metadata, allow_nan=False, ensure_ascii=False)
     if len(text) > json_values.LONGEST_METADATA:
         raise ValueError(f"The metadata should have at most {json_values.LONGEST_METADATA} characters.")
     _printable(text)
