@@ -34,13 +34,10 @@ RECEIPTS = "-receipts.txt"  #: at the end of the name of a student's receipts
 _MOST_NOTES = 20
 _ENVIRONMENT = "pyvenv.cfg"  # is in each virtual environment
 _LEFTOVERS = {"__pycache__", "__macosx", "node_modules", "thumbs.db", "desktop.ini", "icon\r"}
+_OF_PYTHON = ("ipython_config.py", "ipython_config.json", "ipython_kernel_config.py", "ipython_kernel_config.json")
 _SETTINGS = {
     "matplotlibrc": Problem.of(Code.CHANGES_SETTINGS, program="matplotlib"),
-    **{
-        f"{name}.{ending}": Problem.of(Code.CHANGES_SETTINGS, program="Python")
-        for name in ("ipython_config", "ipython_kernel_config")
-        for ending in ("py", "json")
-    },
+    **dict.fromkeys(_OF_PYTHON, Problem.of(Code.CHANGES_SETTINGS, program="Python")),
     REPORTS_FILE.casefold(): Problem.of(Code.WRITTEN_BY_RUN),
 }
 _AT_START = {"sitecustomize", "usercustomize", "__main__", "ipykernel_launcher"}  # Python looks for these by itself
