@@ -18,14 +18,9 @@ GRADES_FILE = "grades.csv"  #: in the folder of results, beside the students' fo
 GRADEBOOK_FILE = "gradebook.sqlite"  #: beside it
 HINTS_FILE = "hints.md"  #: beside it
 INTAKE_FILE = "intake.csv"  #: beside it
-#: Names of grading's own files in the folder of results; the last three are SQLite's.
-RESERVED = (
-    GRADES_FILE,
-    HINTS_FILE,
-    INTAKE_FILE,
-    GRADEBOOK_FILE,
-    *(f"{GRADEBOOK_FILE}-{part}" for part in ("journal", "wal", "shm")),
-)
+_OF_SQLITE = ("", "-journal", "-wal", "-shm")  # endings of the names of a gradebook's files
+#: Names of grading's own files in the folder of results.
+RESERVED = (GRADES_FILE, HINTS_FILE, INTAKE_FILE, *(f"{GRADEBOOK_FILE}{ending}" for ending in _OF_SQLITE))
 _NOWHERE = '/\\:*?"<>|'  # not allowed in a folder's name on some system
 _DEVICES = {
     *("con", "prn", "aux", "nul", "conin$", "conout$"),
