@@ -168,8 +168,7 @@ class Session:
         self.refresh()
         here = self._place
         asked = [question for question in self.questions.values() if f"{question.notebook}.ipynb" == here.name]
-        chips = [self._chip(question) for question in asked]
-        return course_bar.page(here.line, here.before, here.after, chips, about)
+        return course_bar.page(here.line, here.before, here.after, [*map(self._chip, asked)], about)
 
     def _chip(self, question: Question) -> Chip:
         from labcourse.scene.course_bar import ANSWERED, EMPTY, IN_PART, WAITS, Chip

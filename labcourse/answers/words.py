@@ -178,8 +178,7 @@ def stubs_of(master: Mapping[str, Any]) -> list[str]:
 
 def source_of(cell: Mapping[str, Any]) -> str:
     """Return the text of a cell of a notebook's file."""
-    source = cell.get("source", "")
-    return "".join(source) if isinstance(source, list) else str(source)
+    return "".join(cell.get("source", ""))
 
 
 def heading(label: str) -> str:
