@@ -50,9 +50,7 @@ def student_of(given: str, folder: Path) -> str:
         cell_reports.unused("student", given, job.STUDENT)
         return job.STUDENT
     typed = student_id.normalised(given) if given else ""
-    if typed and by_program():
-        return typed
-    known = _known(folder, typed)
+    known = "" if typed and by_program() else _known(folder, typed)
     if known and typed and student_id.caseless(known) != student_id.caseless(typed):
         print(f"Note      You are {known} here, and go on as {known}: the line student = {typed!r} changes nothing.")
         print(f"          If {known} is wrong, end JupyterLab and start it by: {program.name()} lab --student YOUR-ID")

@@ -55,9 +55,7 @@ def thin(size: int, limit: int) -> NDArray[np.intp]:
 
     All of them where ``size`` is within the limit; else ``round(i (size − 1)/(limit − 1))`` for i = 0 … limit − 1.
     """
-    if size <= limit:
-        return np.arange(size)
-    return np.round(np.linspace(0, size - 1, limit)).astype(np.intp)
+    return np.round(np.linspace(0, size - 1, min(size, limit))).astype(np.intp)
 
 
 def clean(text: str) -> str:
