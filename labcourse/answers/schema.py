@@ -440,47 +440,48 @@ class ErrorReport(Model):
     line: Annotated[int, Field(gt=0, lt=cell_reports.MOST_LINES)] | None
 
 
-class Started(Model):
+class Event(Model):
+    """What happened in a notebook."""
+
+    notebook: Name
+
+
+class Started(Event):
     """A cell was started."""
 
     event: Literal["started"]
-    notebook: Name
     cell: Name
 
 
-class Ended(Model):
+class Ended(Event):
     """A cell came to its end, or was stopped by an error."""
 
     event: Literal["ended"]
-    notebook: Name
     cell: Name
     error: ErrorReport | None
 
 
-class Lacked(Model):
+class Lacked(Event):
     """The cell asked for an earlier answer that is not there."""
 
     event: Literal["lacked"]
-    notebook: Name
     question: Name
     part: Name
 
 
-class Refused(Model):
+class Refused(Event):
     """An answer was not recorded, for its form, or because it had no value."""
 
     event: Literal["refused"]
-    notebook: Name
     question: Name
     part: Name
     why: Name
 
 
-class Unused(Model):
+class Unused(Event):
     """A notebook gave a student or a bench that is not the job's."""
 
     event: Literal["unused"]
-    notebook: Name
     name: Literal["student", "bench"]
     value: Name
 
