@@ -13,7 +13,7 @@ become questions to the student, never verdicts. ``course.json`` may switch this
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
@@ -201,7 +201,7 @@ class Comparison:
         return list(dict.fromkeys(question for question, _part in self.about))
 
 
-@dataclass(frozen=True)
+@dataclass
 class Reflection:
     """The result of some checks.
 
@@ -209,14 +209,14 @@ class Reflection:
     ----------
     asked : numbers of the questions to look at, and the question to the student
     compared : how many checks were made
-    missing : answers that are not there yet, or cannot be read
-    unclear : numbers of the questions for which a check failed to compute
+    missing : answers that are not there yet, or cannot be read; each once, as a key
+    unclear : numbers of the questions for which a check failed to compute; each once, as a key
     """
 
-    asked: tuple[tuple[tuple[str, ...], str], ...]
-    compared: int
-    missing: tuple[Where, ...]
-    unclear: tuple[str, ...]
+    asked: list[tuple[list[str], str]] = field(default_factory=list)
+    compared: int = 0
+    missing: dict[Where, None] = field(default_factory=dict)
+    unclear: dict[str, None] = field(default_factory=dict)
 
     def __str__(self) -> str:
         return "\n".join(self._lines())
@@ -254,29 +254,26 @@ def reflect(checks: Iterable[Comparison], find: Callable[[str, str], Any]) -> Re
     checks : of the course, in order
     find : (question, part) → the answer; raises AnswerError if there is none
     """
-    asked: list[tuple[tuple[str, ...], str]] = []
-    missing: dict[Where, None] = {}
-    unclear: dict[str, None] = {}
-    compared = 0
+    result = Reflection()
     for check in checks:
         values = []
         for where in check.about:
             try:
                 values.append(find(*where))
             except AnswerError:
-                missing[where] = None
+                result.missing[where] = None
         if len(values) < len(check.about):
             continue
         try:
             with np.errstate(all="ignore"):
                 text = check.ask(*values)
         except _COMPUTATION_ERRORS:
-            unclear |= dict.fromkeys(check.questions)
+            result.unclear |= dict.fromkeys(check.questions)
             continue
-        compared += 1
+        result.compared += 1
         if text:
-            asked.append((tuple(check.questions), text))
-    return Reflection(tuple(asked), compared, tuple(missing), tuple(unclear))
+            result.asked.append((check.questions, text))
+    return result
 
 
 def of_notebooks(checks: Iterable[Comparison], catalogue: Catalogue, numbers: Iterable[str]) -> list[Comparison]:

@@ -30,7 +30,7 @@ NOTHING: Said = ((), (), ())
 
 def said_by(found: Reflection) -> Said:
     """What is asked, what is missing for other questions, and what could not be compared."""
-    return found.asked, found.missing, found.unclear
+    return tuple(found.asked), tuple(found.missing), tuple(found.unclear)
 
 
 def usual_checks(student: str) -> list[Comparison]:
