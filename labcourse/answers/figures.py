@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -134,14 +135,11 @@ def _label(axis: Any, which: str) -> str:
 
     This is the label of another diagram that shares the axis, that of one below with the same limits, or the figure's.
     """
-    label: str = getattr(axis, f"get_{which}label")()
-    if label:
-        return label
-    shared = list(getattr(axis, f"get_shared_{which}_axes")().get_siblings(axis))
-    others = shared if which == "y" else [*shared, *(other for other in axis.figure.axes if _same_column(axis, other))]
-    texts = (getattr(other, f"get_{which}label")() for other in others)
+    shared = getattr(axis, f"get_shared_{which}_axes")().get_siblings(axis)
+    below = (other for other in axis.figure.axes if which == "x" and _same_column(axis, other))
+    labels = (getattr(diagram, f"get_{which}label")() for diagram in chain([axis], shared, below))
     of_figure: str = getattr(axis.figure.figure, f"get_sup{which}label")()
-    return next((text for text in texts if text), of_figure)
+    return next(filter(None, labels), of_figure)
 
 
 def _same_column(axis: Any, other: Any) -> bool:
