@@ -348,20 +348,10 @@ def _check_shape(part: Part, rows: Sequence[Sequence[Any]]) -> None:
         raise AnswerError("{} should be a {} × {} matrix.".format(part.name, *part.rows_and_columns))
 
 
-StoredAnswer = Annotated[
-    NumberAnswer
-    | MatrixAnswer
-    | PolesAnswer
-    | ChoiceAnswer
-    | ProseAnswer
-    | ExpressionAnswer
-    | EquationAnswer
-    | SymbolicMatrixAnswer
-    | FunctionAnswer
-    | FigureAnswer
-    | RecordingAnswer,
-    Field(discriminator="kind"),
-]
+OfValues = NumberAnswer | MatrixAnswer | PolesAnswer | ChoiceAnswer | ProseAnswer
+OfTrees = ExpressionAnswer | EquationAnswer | SymbolicMatrixAnswer
+OfSamples = FunctionAnswer | FigureAnswer | RecordingAnswer
+StoredAnswer = Annotated[OfValues | OfTrees | OfSamples, Field(discriminator="kind")]
 _ANSWER: TypeAdapter[Any] = TypeAdapter(StoredAnswer)
 
 
