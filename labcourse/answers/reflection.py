@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 SECTION = "predictions"  #: of answers.json
 Predictions = Mapping[str, tuple[Predictable, ...]]
+FindAnswer = Callable[[str, str], Any]  #: (question, part) → the answer; raises AnswerError where there is none
 
 
 def of_question(predictions: Predictions, question: Any) -> dict[str, Predictable]:
@@ -70,7 +71,7 @@ def read(predictable: Iterable[Predictable], stored: Mapping[str, Any]) -> Itera
             continue
 
 
-def describe_result(item: Predictable, find: Callable[[str, str], Any]) -> str | None:
+def describe_result(item: Predictable, find: FindAnswer) -> str | None:
     """Describe the recorded result of something that can be predicted; None without recordings.
 
     Parameters
@@ -126,9 +127,7 @@ def _reply(book: AnswerBook, question: str, item: Predictable, value: Any) -> st
     return f"predicted: {earlier}."
 
 
-def observed(
-    book: AnswerBook, predictions: Predictions, question: str, why: str, find: Callable[[str, str], Any]
-) -> list[str]:
+def observed(book: AnswerBook, predictions: Predictions, question: str, why: str, find: FindAnswer) -> list[str]:
     """Show what was predicted beside what was recorded, and record a sentence about it.
 
     Parameters
@@ -246,7 +245,7 @@ class Reflection:
             yield "There is nothing here to compare."
 
 
-def reflect(checks: Iterable[Comparison], find: Callable[[str, str], Any]) -> Reflection:
+def reflect(checks: Iterable[Comparison], find: FindAnswer) -> Reflection:
     """Compare a student's own answers with each other.
 
     Parameters
@@ -291,11 +290,11 @@ def of_notebooks(checks: Iterable[Comparison], catalogue: Catalogue, numbers: It
         If there is no such notebook.
     """
     notebooks = catalogue.find_notebooks(*numbers)
-    return [
-        check
-        for check in checks
-        if max(catalogue.everything[number].notebook for number in check.questions) in notebooks
-    ]
+
+    def last_notebook(check: Comparison) -> str:
+        return max(catalogue.everything[number].notebook for number in check.questions)
+
+    return [check for check in checks if last_notebook(check) in notebooks]
 
 
 # --- the setting ------------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ import io
 import itertools
 import re
 import warnings
-from collections import Counter
+from collections import ChainMap, Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -348,10 +348,8 @@ class SavedTexts:
 
     def get(self, question: str, part: str) -> dict[str, Any] | None:
         """Return an answer as JSON data, as :func:`labcourse.answers.forms.encode` does; None if there is none."""
-        for texts in self._texts.values():
-            if (question, part) in texts:
-                return {"kind": "prose", "value": texts[question, part]}
-        return None
+        text = ChainMap(*self._texts.values()).get((question, part))
+        return None if text is None else {"kind": "prose", "value": text}
 
     def _read(self, path: Path) -> dict[Where, str]:
         """Read the answers in words from a notebook, and note what the student should know."""
@@ -397,6 +395,9 @@ warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)  # si
 _IN_TEXT = pattern(r"(!\[[^\[\]\n]{0,500}\]\(\s{0,9}<?)data:image/[\w.+-]{1,30};base64,([A-Za-z0-9+/=]+)", CELL)
 
 
+Attachments = Mapping[str, Mapping[str, str]]  #: of a cell: name → media type → base64
+
+
 class PictureError(Exception):
     """A picture that is left out; ``problem`` says why."""
 
@@ -439,9 +440,7 @@ def lifted(text: str) -> tuple[str, dict[str, dict[str, str]]]:
     return _IN_TEXT.sub(name, text), pictures
 
 
-def pictures_of(
-    text: str, attachments: Mapping[str, Mapping[str, str]], files: Mapping[str, bytes], budget: Budget
-) -> Pictures:
+def pictures_of(text: str, attachments: Attachments, files: Mapping[str, bytes], budget: Budget) -> Pictures:
     """Read the pictures that a text shows.
 
     Parameters
@@ -453,10 +452,8 @@ def pictures_of(
     """
     text, inside = lifted(text)
     result = Pictures(text)
-    targets = dict.fromkeys(
-        match["in"] or match["out"] for match in PICTURE.finditer(text, 0, json_values.LONGEST_PROSE)
-    )
-    for target in targets:
+    shown = PICTURE.finditer(text, 0, json_values.LONGEST_PROSE)
+    for target in dict.fromkeys(match["in"] or match["out"] for match in shown):
         if len(result.saved) == MOST_PICTURES:
             result.problems.append(Problem.of(Code.TOO_MANY_PICTURES, most=MOST_PICTURES))
             break
@@ -467,7 +464,7 @@ def pictures_of(
     return result
 
 
-def _content(target: str, attachments: Mapping[str, Mapping[str, str]], files: Mapping[str, bytes]) -> bytes:
+def _content(target: str, attachments: Attachments, files: Mapping[str, bytes]) -> bytes:
     """Return the content of the picture that a text names."""
     kind, _colon, name = target.partition(":")
     if kind == "attachment":
