@@ -164,6 +164,7 @@ class Catalogue:
             if self.reports[item.report].notebook not in notebooks and (shows or not item.shows):
                 items.append(replace(item, shows=shows))
         reports = {item.report for item in items}
+        predicted = [number for number in self.predictions if self.everything[number].notebook not in notebooks]
         return Catalogue(
             asked(self.questions),
             warm_up=asked(self.warm_up),
@@ -171,11 +172,7 @@ class Catalogue:
             report_items=items,
             reports={report: about for report, about in self._about_reports.items() if report in reports},
             outcomes=self.outcomes,
-            predictions={
-                number: predictable
-                for number, predictable in self.predictions.items()
-                if self.everything[number].notebook not in notebooks
-            },
+            predictions={number: self.predictions[number] for number in predicted},
             optional=self.optional,
             whole=self.whole,
         )

@@ -43,9 +43,8 @@ def encode(value: Any) -> tuple[dict[str, Any], list[str]]:
         )
     if len(diagrams) > json_values.MOST_AXES:
         raise FormError(f"it has {len(diagrams)} diagrams; {json_values.MOST_AXES} at most are recorded")
-    each = max(
-        _FEWEST_POINTS, _MOST_IN_ALL // sum(min(len(lines), json_values.MOST_LINES) for _axis, lines in diagrams)
-    )
+    curves = sum(min(len(lines), json_values.MOST_LINES) for _axis, lines in diagrams)
+    each = max(_FEWEST_POINTS, _MOST_IN_ALL // curves)
     axes: list[dict[str, Any]] = []
     hints: dict[str, list[int]] = {}  # hint -> the diagrams that it is about
     for index, (axis, lines) in enumerate(diagrams, start=1):

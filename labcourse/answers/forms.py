@@ -362,6 +362,10 @@ def of_few_words(text: str) -> list[Problem]:
 # --- expressions, functions, recordings ------------------------------------------------------------------------------
 
 
+def _encode_symbolic_matrix(part: Part, value: Any) -> tuple[Fields, Hints]:
+    return {"value": _matrix_rows(part, value, lambda entry: expressions.encode(entry, part.symbols))}, []
+
+
 def _encode_function(part: Part, value: Any, probe_seed: int) -> tuple[Fields, Hints]:
     """Call a function on its probe's inputs and keep the outputs, as the probe says."""
     probe = part.probe
@@ -438,10 +442,7 @@ _ENCODERS: dict[str, Callable[[Part, Any], tuple[Fields, Hints]]] = {
     "prose": _encode_prose,
     "expression": lambda part, value: ({"value": expressions.encode(value, part.symbols, part.name)}, []),
     "equation": lambda part, value: (expressions.encode_equation(value, part.symbols), []),
-    "symbolic_matrix": lambda part, value: (
-        {"value": _matrix_rows(part, value, lambda entry: expressions.encode(entry, part.symbols))},
-        [],
-    ),
+    "symbolic_matrix": _encode_symbolic_matrix,
     "figure": lambda _part, value: figures.encode(value),
     "recording": encode_recording,
 }

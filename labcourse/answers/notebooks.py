@@ -228,13 +228,10 @@ def to_bytes(cells: Sequence[Cell]) -> bytes:
 def _repaired(cell: Mapping[str, Any]) -> dict[str, Any]:
     """Return a cell in format 4, keys sorted as JupyterLab writes them."""
     metadata, kind = cell.get("metadata"), cell.get("cell_type")
+    entries = metadata.items() if isinstance(metadata, dict) else ()
     repaired: dict[str, Any] = {
         "cell_type": kind if kind in (CODE, TEXT, UNREADABLE) else RAW,
-        "metadata": {
-            key: value
-            for key, value in (metadata.items() if isinstance(metadata, dict) else ())
-            if isinstance(value, _TYPES.get(key, object))
-        },
+        "metadata": {key: value for key, value in entries if isinstance(value, _TYPES.get(key, object))},
         "source": _source(cell.get("source")),
     }
     if isinstance(cell.get("id"), str):
@@ -313,13 +310,9 @@ def release() -> str:
 
 def imports_of(notebooks: Mapping[str, dict[str, Any]]) -> tuple[str, ...]:
     """Return the import statements of masters, each once, in order."""
-    imports = [
-        ast.unparse(statement)
-        for notebook in notebooks.values()
-        for statement in _statements(notebook)
-        if isinstance(statement, ast.Import | ast.ImportFrom)
-    ]
-    return tuple(dict.fromkeys(imports))
+    statements = (statement for notebook in notebooks.values() for statement in _statements(notebook))
+    imports = (one for one in statements if isinstance(one, ast.Import | ast.ImportFrom))
+    return tuple(dict.fromkeys(map(ast.unparse, imports)))
 
 
 def packages_of(notebooks: Mapping[str, dict[str, Any]]) -> tuple[str, ...]:

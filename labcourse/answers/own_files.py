@@ -62,9 +62,7 @@ def choose(
     """
     everything = sorted(candidates, key=lambda candidate: (len(candidate[0].parts), str(candidate[0])))
     environments = {path.parent for path, _size in everything if path.name == _ENVIRONMENT}
-    packages = {
-        path.parts[0] for path, _size in everything if len(path.parts) == 2 and _module(path.name) == "__init__"
-    }
+    packages = {str(path.parent) for path, _size in everything if _module(path.name) == "__init__"}
     excluded = {caseless(name) for name in (*notebooks, RECEIPT_FILE)}
     taken = {name.casefold() for name in (*modules, *_AT_START)} | _importable()
     paths: list[PurePosixPath] = []
