@@ -16,9 +16,9 @@ def plural(count: int, singular: str, plural: str) -> str:
     return (singular if count == 1 else plural).format(count=count)
 
 
-def shortened(text: str, longest: int = LONGEST) -> str:
+def shortened(text: str) -> str:
     """Return the beginning of a text, in one line."""
-    return textwrap.shorten(text, longest, placeholder="…")
+    return textwrap.shorten(text, LONGEST, placeholder="…")
 
 
 def listed(texts: Sequence[str], most: int) -> str:

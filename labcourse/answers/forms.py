@@ -190,34 +190,34 @@ def _complex(value: Any) -> complex:
 
 def _encode_number(part: Part, value: Any) -> tuple[Fields, Hints]:
     number = _real(value)
-    return {"value": number}, [hint for hint in [_plausibility(part, number)] if hint]
+    return {"value": number}, _plausibility(part, number)
 
 
-def _plausibility(part: Part, number: float) -> str | None:
+def _plausibility(part: Part, number: float) -> Hints:
     """Return a hint where a number is outside the plausible range: a likely slip of units, or just unusual."""
     if part.unit == "%" and 0 < number < _LEAST_PERCENTAGE:
-        return f"it looks like it is a fraction; give {part.unit}, unless it is really that small"
+        return [f"it looks like it is a fraction; give {part.unit}, unless it is really that small"]
     angular = _ANGLE_SLIPS if "rad" in part.unit or "deg" in part.unit else ()
-    hint = _out_of_range(number, part.plausible, part.unit, "", angular, _THOUSAND)
-    if hint and _out_of_range(-number, part.plausible, part.unit, "") is None:
-        return "it is negative: check the sign"
-    return hint
+    hints = _out_of_range(number, part.plausible, part.unit, "", angular, _THOUSAND)
+    if hints and not _out_of_range(-number, part.plausible, part.unit, ""):
+        return ["it is negative: check the sign"]
+    return hints
 
 
 def _out_of_range(
     number: float, plausible: tuple[float, float] | None, unit: str, noun: str, *more: Iterable[tuple[float, str]]
-) -> str | None:
+) -> Hints:
     """Return a hint if a number is out of its plausible range: at a slip of units that explains it, if there is one.
 
     Likely slips of a unit are tried first, then ``more`` of them: (factor, name).
     """
     if plausible is None or plausible[0] <= number <= plausible[1]:
-        return None
+        return []
     for slips in (_SLIPS.get(unit, ()), *more):
         names = [name for factor, name in slips if plausible[0] <= number * factor <= plausible[1]]
         if names:
-            return f"it looks like it is {' or '.join(names)}{f'; give {unit}' if unit else ''}"
-    return f"{noun}unusually {'large' if number > plausible[1] else 'small'} for this plant: check"
+            return [f"it looks like it is {' or '.join(names)}{f'; give {unit}' if unit else ''}"]
+    return [f"{noun}unusually {'large' if number > plausible[1] else 'small'} for this plant: check"]
 
 
 # --- matrices and poles ----------------------------------------------------------------------------------------------
@@ -281,10 +281,8 @@ def _unusual(part: Part, numbers: list[float]) -> Iterator[str]:
         yield (
             f"its entries have {digits - 1} digits or fewer: give what you computed, for what comes next builds on it"
         )
-    largest = max(map(abs, numbers), default=None)
-    if largest is not None:
-        hint = _out_of_range(largest, part.usual.largest, part.usual.unit, "its entries are ")
-        yield from [hint] if hint else []
+    if numbers:
+        yield from _out_of_range(max(map(abs, numbers)), part.usual.largest, part.usual.unit, "its entries are ")
 
 
 def _encode_poles(part: Part, value: Any) -> tuple[Fields, Hints]:
