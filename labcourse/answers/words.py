@@ -218,6 +218,7 @@ class _Places:
             if owner and owner != self._runs[-1].owner:
                 self._runs.append(_Run(owner))
             (self._runs[-1].pieces if owner else self._runs[-1].added).append(cell)
+        self._last = {run.owner: run for run in self._runs}  # of each cell of the course that is there
 
     def cells_for(self, master: Mapping[str, Any]) -> tuple[list[Cell], list[Problem]]:
         """Find the cells with an answer, in order; and notes on where they are."""
@@ -245,9 +246,8 @@ class _Places:
 
     def _before(self, name: str) -> _Run:
         """Return the run of the course's last cell before this one that the student still has; else the first run."""
-        runs = {run.owner: run for run in self._runs}
         earlier = self._order[: self._order.index(name)]
-        return next((runs[other] for other in reversed(earlier) if other in runs), self._runs[0])
+        return next((self._last[other] for other in reversed(earlier) if other in self._last), self._runs[0])
 
     def _above(self, name: str, own: Sequence[_Run], before: _Run) -> list[Cell]:
         """Find own cells just above an answer cell, or in its place, unless they may belong to another answer."""
@@ -256,9 +256,8 @@ class _Places:
             return []
         if own:
             return before.added if self._runs.index(before) + 1 == self._runs.index(own[0]) else []
-        present = {run.owner for run in self._runs}
         later = self._order[self._order.index(before.owner) + 1 if before.owner else 0 :]
-        missing = itertools.takewhile(lambda other: other not in present, later)
+        missing = itertools.takewhile(lambda other: other not in self._last, later)
         return before.added if [other for other in missing if other in self._answers] == [name] else []
 
 
