@@ -16,9 +16,9 @@ def plural(count: int, singular: str, plural: str) -> str:
     return (singular if count == 1 else plural).format(count=count)
 
 
-def shortened(text: str) -> str:
-    """Return the beginning of a text, in one line."""
-    return textwrap.shorten(text, LONGEST, placeholder="…")
+def shortened(text: str, most: int = LONGEST) -> str:
+    """Return the beginning of a text of at most so many characters, in one line."""
+    return textwrap.shorten(text, most, placeholder="…")
 
 
 def listed(texts: Sequence[str], most: int) -> str:
