@@ -118,7 +118,7 @@ class Owner:
         return (*self.students, *(name for name in self.claimed if name not in (*self.waiting, *self.declined)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Piece:
     """What a student handed in at one time: a folder, an archive, or loose files.
 

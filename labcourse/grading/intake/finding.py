@@ -384,7 +384,14 @@ class _Finder:
         self._shelf.begin_student()
         self._archives_left = MAX_INNER_ARCHIVES
         archived, clock = self._time_of(place, label) if place.file else received
-        whole = Piece(place.source, name or place.stem, name or place.name, label, archived, clock=clock)
+        whole = Piece(
+            source=place.source,
+            name=name or place.stem,
+            outer=name or place.name,
+            label=label,
+            archived=archived,
+            clock=clock,
+        )
         try:
             pieces = self._split(whole, place)
         except Unreadable as error:
