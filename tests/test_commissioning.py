@@ -14,8 +14,8 @@ import pytest
 import quanser_double
 from fault_board import Stopwatch
 
-from rotflex import experiments, hil
-from rotflex.commissioning import Terminal, commission, steps
+from rotflex import commissioning, experiments, hil
+from rotflex.commissioning import Terminal, commission
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError
 from rotflex.hil import bench_file, real
@@ -53,7 +53,6 @@ def test_each_combination_of_signs_is_found_on_the_makers_package_and_its_file_c
     done = commission(told, lambda told, setup: hil.open(told.address, setup=setup), miswired.Person(laboratory))
     assert tuple(done.wiring[name] for name in SIGNS) == signs
     assert laboratory.moved < 30 * DEG
-    assert not done.record["provisional"]
     measured, true = done.record["measured"], laboratory.spec.parameters
     assert measured["counts_per_turn"] == 4096
     assert measured["natural_frequency_Hz"] * HZ == pytest.approx(math.sqrt(true.K_s / true.J_l), rel=0.01)
@@ -118,11 +117,11 @@ def test_what_is_wrong_with_the_bench_is_named(spec, wiring, person, named):
         commission(told, connected(laboratory), miswired.Person(laboratory, **person))
 
 
-def alone(laboratory: miswired.Laboratory, step, person: miswired.Person) -> steps.Work:
+def alone(laboratory: miswired.Laboratory, step, person: miswired.Person) -> commissioning.Work:
     """What one step found."""
     connect = laboratory.connect if isinstance(laboratory, Paused) else connected(laboratory)
-    work = steps.Work(TOLD, connect, person)
-    with steps.driven_slowly(work) as bench:
+    work = commissioning.Work(TOLD, connect, person)
+    with commissioning.driven_slowly(work) as bench:
         step(work, bench)
     return work
 
@@ -162,7 +161,7 @@ class Pushed(miswired.Laboratory):
 def test_a_motors_sign_counts_only_if_it_turns_either_way():
     laboratory = Pushed(1, 1, -1)
     with pytest.raises(BenchError, match="the same way"):
-        alone(laboratory, steps.motor_sign, miswired.Person(laboratory))
+        alone(laboratory, commissioning.motor_sign, miswired.Person(laboratory))
     assert laboratory.board.terminals.commanded[0] == 0.0
 
 
@@ -202,7 +201,7 @@ def test_of_a_motor_without_power_the_rising_voltage_ends_at_the_limit_however_l
     laboratory = Paused(1, 1, -1, altered(I_max=0.0))
     laboratory.every = 500
     with pytest.raises(BenchError, match="amplifier"):
-        alone(laboratory, steps.motor_sign, miswired.Person(laboratory))
+        alone(laboratory, commissioning.motor_sign, miswired.Person(laboratory))
 
 
 @pytest.mark.parametrize("busy_for", [1, 3])
@@ -218,10 +217,10 @@ def test_a_sweep_in_which_too_many_samples_came_late_comes_again_and_at_last_end
                 laboratory.every = 20 if len(heard) < busy_for else 0
 
     if busy_for < 3:
-        assert 2 < alone(laboratory, steps.link, Busy(laboratory)).measured["natural_frequency_Hz"] < 6
+        assert 2 < alone(laboratory, commissioning.link, Busy(laboratory)).measured["natural_frequency_Hz"] < 6
     else:
         with pytest.raises(BenchError, match=r"came late.*in 3 sweeps"):
-            alone(laboratory, steps.link, Busy(laboratory))
+            alone(laboratory, commissioning.link, Busy(laboratory))
     assert len(heard) == busy_for and "close other programs" in heard[0]
 
 
@@ -264,13 +263,13 @@ def test_a_question_is_asked_until_the_answer_is_yes_or_no(typed, capsys):
 
 def test_a_turn_by_hand_has_its_time_from_enter_on(typed, capsys, monkeypatch):
     clock = Stopwatch()
-    monkeypatch.setattr(steps.time, "monotonic", clock.now)
-    monkeypatch.setattr(steps.time, "sleep", clock.pass_by)
+    monkeypatch.setattr(commissioning.time, "monotonic", clock.now)
+    monkeypatch.setattr(commissioning.time, "sleep", clock.pass_by)
     typed("")
-    looks = sum(1 for _each in Terminal(turn=2.0).turning("Turn it."))
-    assert clock.now() == pytest.approx(2.0, abs=0.01)
-    assert looks == pytest.approx(400, abs=2)
-    assert capsys.readouterr().out == "Turn it. You have 2 s for it.\nPress Enter, and turn. "
+    looks = sum(1 for _each in Terminal().turning("Turn it."))
+    assert clock.now() == pytest.approx(15.0, abs=0.01)
+    assert looks == pytest.approx(3000, abs=2)
+    assert capsys.readouterr().out == "Turn it. You have 15 s for it.\nPress Enter, and turn. "
 
 
 def test_whoever_closes_the_terminal_ends_it_with_the_motor_at_0_V(typed):

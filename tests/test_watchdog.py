@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from rotflex import hil
 from rotflex.cli import app
-from rotflex.commissioning import add_watchdog_test, commission, steps
+from rotflex.commissioning import add_watchdog_test, checks, commission
 from rotflex.errors import BenchError, HILError
 from rotflex.hil import bench_file, quanser, real
 from rotflex.hil.bench_file import BenchFile
@@ -47,7 +47,7 @@ def installed(monkeypatch, settings):
         laboratory = laboratory or Laboratory(1, 1, -1)
         cards = quanser_double.install(monkeypatch, laboratory, variant)
         if isinstance(laboratory, Laboratory):
-            monkeypatch.setattr(steps.time, "sleep", laboratory.time.pass_by)
+            monkeypatch.setattr(checks.time, "sleep", laboratory.time.pass_by)
         return laboratory, cards
 
     return install

@@ -50,20 +50,17 @@ def today() -> str:
     return datetime.datetime.now(datetime.UTC).date().isoformat()
 
 
-def record(
-    of: Mapping[str, Any], measured: Mapping[str, Any], provisional: bool = False, watchdog: object = None
-) -> dict[str, Any]:
+def record(of: Mapping[str, Any], measured: Mapping[str, Any], watchdog: object = None) -> dict[str, Any]:
     """Return a record of today.
 
     Parameters
     ----------
     of : the board, its parts and its wiring, plain values
     measured : what was found, plain values
-    provisional : for the commissioning's own first closed loop; it is not written down
     watchdog : the result of its test with the motor
     """
-    made = {"version": VERSION, "date": today(), "provisional": provisional, "of": dict(of), "measured": dict(measured)}
-    return made | ({} if watchdog is None else {"watchdog": watchdog})
+    made = {"version": VERSION, "date": today(), "of": dict(of), "measured": dict(measured)}
+    return made if watchdog is None else {**made, "watchdog": watchdog}
 
 
 def stiffness(record: Mapping[str, Any]) -> float | None:

@@ -191,11 +191,10 @@ def install(folder: Path) -> None:
 def setup(_arguments: list[str]) -> None:
     """The first sweep of a commissioning, as the command runs it."""
     from rotflex import bench_commands, commissioning, hil
-    from rotflex.commissioning import steps
     from rotflex.hil.bench_file import BenchFile
 
     person = miswired.Person(None, moves=False)  # who says yes to all
-    commissioning.STEPS = ((steps.driven_slowly, (steps.link,)),)
+    commissioning.STEPS = ((commissioning.driven_slowly, (commissioning.link,)),)
     with bench_commands.errors_as_messages():
         commissioning.commission(
             BenchFile(ADDRESS), lambda bench, chosen: hil.open(bench.address, setup=chosen), person

@@ -169,5 +169,5 @@ def test_a_commissioning_drives_the_servo_back_to_its_mark_within_its_limits(boa
     marked(board)
     with board.bench(limits=real.CAREFUL) as bench:
         board.turn(degrees)
-        commissioning.steps.return_to_mark(bench)
+        commissioning.return_to_mark(bench)
     assert abs(board.plant.state.theta) < 5 * DEG

@@ -18,7 +18,7 @@ from rotflex_serial.port import SerialPort
 from simulated_uno import SUPPLY, SimulatedPort, SimulatedUno, needs_simavr
 
 from rotflex import experiments, hil
-from rotflex.commissioning import checks, steps
+from rotflex.commissioning import Work, checks, watchdog
 from rotflex.commissioning.checks import Level
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded, MotorNotStopped
@@ -194,7 +194,7 @@ def test_the_watchdog_expires_when_it_is_left_alone():
     uno = SimulatedUno(PLANT)
     with real.make_bench("test", lambda: SerialBoard(SimulatedPort(uno), SUPPLY), Setup()) as bench:
         bench.connection.now = lambda: uno.now
-        found = list(checks.CHECKS["watchdog"](bench, BenchFile("usual:board"), 0.0))
+        found = list(checks.watchdog_expires(bench, BenchFile("usual:board")))
     assert [one.level for one in found] == [Level.OK], found
     assert uno.voltage == 0.0
 
@@ -212,8 +212,8 @@ def test_the_watchdog_is_tested_with_the_motor(works):
     with real.make_bench("test", lambda: kind(SimulatedPort(uno), SUPPLY), setup) as bench:
         bench.connection.now = lambda: uno.now
         told = BenchFile("serial:/dev/null?supply=12")
-        work = steps.Work(told, lambda *_: bench, SimpleNamespace(say=lambda text: None))
-        steps.watchdog(work, bench)
+        work = Work(told, lambda *_: bench, SimpleNamespace(say=lambda text: None))
+        watchdog(work, bench)
         assert work.file.record["watchdog"]["passed"] is works
     assert uno.voltage == 0.0
 
