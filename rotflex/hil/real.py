@@ -152,7 +152,6 @@ class BoardKind:
 
     Attributes
     ----------
-    name : as the maker's package calls it
     title : as people call it
     encoders, analog_inputs, analog_outputs : how many channels there are
     digital_outputs : as many as are configured for the watchdog; 0 where it is not known to need them
@@ -161,7 +160,6 @@ class BoardKind:
     always_set : whether ranges and quadrature are set when the board is opened, even if they are the usual ones
     """
 
-    name: str
     title: str
     encoders: int | None
     analog_inputs: int | None
@@ -178,16 +176,14 @@ class BoardKind:
 # of any output of these. Digital outputs of the Q8-USB: the same page; the maker says that Q8-series boards need them.
 # National Instruments' boards: NI's specification of the 6259; for the 6251, and for the outputs' ranges, the comedi
 # drivers of its PCIe form. How many encoders Quanser's driver reads there was not found.
+#: Kinds of boards by the name that the maker's package has for them.
 BOARDS = {
-    kind.name: kind
-    for kind in (
-        BoardKind("q2_usb", "Quanser Q2-USB", encoders=2, analog_inputs=2, analog_outputs=2),
-        BoardKind("q8_usb", "Quanser Q8-USB", 8, 8, 8, input_ranges=_RANGES_5_10, digital_outputs=8),
-        BoardKind("qpid", "Quanser QPID", 8, 8, 8),
-        BoardKind("qpid_e", "Quanser QPIDe", 8, 8, 8),
-        BoardKind("ni_usb_6251", "NI USB-6251", None, 16, 2, _RANGES_NI, _RANGES_5_10),
-        BoardKind("ni_pcie_6259", "NI PCIe-6259", None, 32, 4, _RANGES_NI, _RANGES_5_10),
-    )
+    "q2_usb": BoardKind("Quanser Q2-USB", encoders=2, analog_inputs=2, analog_outputs=2),
+    "q8_usb": BoardKind("Quanser Q8-USB", 8, 8, 8, input_ranges=_RANGES_5_10, digital_outputs=8),
+    "qpid": BoardKind("Quanser QPID", 8, 8, 8),
+    "qpid_e": BoardKind("Quanser QPIDe", 8, 8, 8),
+    "ni_usb_6251": BoardKind("NI USB-6251", None, 16, 2, _RANGES_NI, _RANGES_5_10),
+    "ni_pcie_6259": BoardKind("NI PCIe-6259", None, 32, 4, _RANGES_NI, _RANGES_5_10),
 }
 
 

@@ -23,7 +23,7 @@ def bench(uri, setup):
 
 def kind(address):
     own = {"parts": {"cable_gain": choice(3, 3)}, "board": {"lamp": choice("off", "off", "on")}}
-    return BoardKind("made", "made board", encoders=2, analog_inputs=2, analog_outputs=1, keys=own)
+    return BoardKind("made board", encoders=2, analog_inputs=2, analog_outputs=1, keys=own)
 
 def software():
     return "made 7.1"

@@ -21,7 +21,6 @@ SUPPLY = (3.0, 32.0)  #: V that the motor's driver may be fed with
 
 
 KIND = BoardKind(
-    "serial",
     "serial board",
     encoders=2,
     analog_inputs=2,
