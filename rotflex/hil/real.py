@@ -236,15 +236,11 @@ def make_bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     connect : opens its board
     setup : what is known of it
     """
-
     folder = files.settings() / "unfinished"
-
-    def connected() -> Board:
-        recover(folder)
-        return connect()
 
     def prepared(opened: Connection) -> None:
         """Set up the board. Only now it is known whether it is the one that was commissioned."""
+        recover(folder)
         if setup.prepare is not None:
             setup.prepare(opened)
         safety.limits = setup.allowed()
@@ -254,16 +250,7 @@ def make_bench(uri: str, connect: Callable[[], Board], setup: Setup) -> Bench:
     mark = None if setup.simulated else Mark(files.settings() / "marks" / f"{name}.json", needed)
     guard = Guard(setup.servo, setup.limits.alpha, Allowance(stiffness=setup.stiffness)) if setup.guarded else None
     safety = Safety(setup.allowed(), guard, setup.commissioned, mark)
-    return Bench(
-        Connection(connected, setup.servo, wiring=setup.wiring, clock=setup.clock, prepare=prepared),
-        servo=setup.servo,
-        joint=setup.joint,
-        identity={
-            "uri": uri,
-            "arm_position": setup.joint.arm_position,
-            "encoder": setup.servo.encoder,
-            "clock": "simulated" if setup.simulated else "wall",
-        },
-        safety=safety,
-        recorder=Recorder(folder),
-    )
+    connection = Connection(connect, setup.servo, wiring=setup.wiring, clock=setup.clock, prepare=prepared)
+    identity = {"uri": uri, "arm_position": setup.joint.arm_position, "encoder": setup.servo.encoder}
+    identity["clock"] = "simulated" if setup.simulated else "wall"
+    return Bench(connection, setup.servo, setup.joint, identity, safety, Recorder(folder))
