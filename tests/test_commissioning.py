@@ -138,7 +138,7 @@ def test_limits_are_about_the_zero_that_was_chosen_however_far_it_was_turned_by_
     (kept,) = (tmp_path / "marks").iterdir()
     told = json.loads(kept.read_text())
     assert told["zero"] * -srv02().K_enc == pytest.approx(370 * DEG, abs=0.1 * DEG)
-    assert told["counts"] == board._sensors.counts(0)
+    assert told["counts"] == board._counted(0)
 
 
 def test_whoever_says_no_has_no_motor_driven_and_nothing_recorded():

@@ -37,7 +37,7 @@ from rotflex.hil.real import Setup
 from rotflex.hil.replay import RecordedPlant
 from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
-from rotflex.hil.virtual import OwnPlant, SimulatedClock, TimeSource, VirtualBoard, WallClock
+from rotflex.hil.virtual import OwnPlant, SimulatedClock, VirtualBoard, WallClock
 from rotflex.plant import Moving, PlantParameters
 from rotflex.recording import Recording
 
@@ -48,7 +48,8 @@ def __dir__() -> list[str]:
     return __all__
 
 
-_CLOCKS: dict[str, Callable[[], TimeSource]] = {"simulated": SimulatedClock, "wall": WallClock}
+_CLOCKS: dict[str, Callable[[], SimulatedClock | WallClock]] = {"simulated": SimulatedClock, "wall": WallClock}
+_OWN_PARAMETERS = "a plant was given as well, which has its own parameters."
 _OPTIONS = ("seed", "arm_position", "preset", "run", "encoder", "clock")
 
 

@@ -16,7 +16,7 @@ import time
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from rotflex.hil.board import (
     Task,
     Values,
 )
+from rotflex.hil.guard import Measurement
 from rotflex.plant import HALVINGS, REST, SUBSTEP, Moving, Plant, PlantParameters, State
 from rotflex.units import DEG
 
@@ -49,16 +50,6 @@ _SPANS = frozenset(range(_STEP, 2**HALVINGS + 1, _STEP))  # moved in one go; oth
 _DRAWN = 1000  # delays drawn at a time
 
 # --- time -------------------------------------------------------------------------------------------------------------
-
-
-class TimeSource(Protocol):
-    """What the virtual board takes for time."""
-
-    def now(self) -> float:
-        """Return the time, s."""
-
-    def wait_until(self, instant: float) -> None:
-        """Return when ``now()`` has reached ``instant``."""
 
 
 class SimulatedClock:
@@ -184,17 +175,15 @@ class Terminals:
     Parameters
     ----------
     plant : what moves
-    motor : the output that drives it
     gain : of the cable to the motor
-    outputs : how many outputs there are
     timing : when outputs take effect
     now : time at which the plant is where it is, s
     """
 
-    def __init__(self, plant: Moving, motor: int, gain: float, outputs: int, timing: Timing, now: float) -> None:
+    def __init__(self, plant: Moving, gain: float, timing: Timing, now: float) -> None:
         self.plant = plant
-        self._motor, self._gain, self._timing = motor, gain, timing  # output of the motor; of its cable; when
-        self._voltages = dict.fromkeys(range(outputs), 0.0)
+        self._gain, self._timing = gain, timing
+        self._voltages = dict.fromkeys(range(_CHANNELS[ANALOG_OUTPUT]), 0.0)
         self._coming: deque[tuple[int, Mapping[int, float]]] = deque()  # tick at which it takes effect, output → V
         self._ticks = round(now / TICK)
         self.begin()
@@ -240,62 +229,9 @@ class Terminals:
         ticks = target - self._ticks
         while ticks > 0:
             span = ticks if ticks in _SPANS else 1 << (ticks.bit_length() - 1)
-            self.plant.advance(self._voltages[self._motor] * self._gain, span * TICK)
+            self.plant.advance(self._voltages[MOTOR] * self._gain, span * TICK)
             ticks -= span
         self._ticks = max(target, self._ticks)
-
-
-class Sensors:
-    """Encoder counters and analog inputs, wired as the laboratory is.
-
-    Parameters
-    ----------
-    servo : the nominal servo, for the sensors' gains
-    plant : what moves
-    """
-
-    def __init__(self, servo: Servo, plant: Moving) -> None:
-        self._servo, self._plant = servo, plant
-        self._offsets = [0, 0]
-        self._per_count = [servo.K_enc, servo.K_enc]  # rad
-        #: V, by input; nothing is cut until a range is chosen
-        self.ranges = dict.fromkeys((POTENTIOMETER, TACHOMETER), (-math.inf, math.inf))
-
-    def counts(self, channel: int) -> int:
-        """Return what an encoder's counter reads. The link's counts the other way."""
-        state = self._plant.state
-        angle = state.theta if channel == SERVO_ENCODER else -state.alpha
-        return round(angle / self._per_count[channel]) + self._offsets[channel]
-
-    def volts(self, channel: int) -> float:
-        """Return what an analog input reads, V."""
-        state, (lowest, highest) = self._plant.state, self.ranges[channel]
-        if channel == TACHOMETER:
-            volts = state.theta_dot / self._servo.K_tach if self._servo.tachometer else 0.0
-        else:
-            wrapped = math.remainder(state.theta, 2 * math.pi)
-            volts = wrapped / self._servo.K_pot if abs(wrapped) <= _TRACK / 2 else 0.0  # the wiper is in the gap
-        return min(max(volts, lowest), highest)
-
-    def set_counts(self, counts: Mapping[int, int]) -> None:
-        """Set what counters read now."""
-        for channel, count in counts.items():
-            self._offsets[channel] += count - self.counts(channel)
-
-    def set_modes(self, modes: Mapping[int, int]) -> None:
-        """Count one, two or four edges. What the counters read stays.
-
-        Raises
-        ------
-        HILError
-            If a mode is none of two lines in quadrature.
-        """
-        for channel, mode in modes.items():
-            if mode not in _EDGES:
-                raise HILError(f"Encoder {channel} counts one, two or four edges; it was given the mode {mode}.")
-            before = self.counts(channel)
-            self._per_count[channel] = self._servo.K_enc * EncoderQuadratureMode.X4 / mode
-            self.set_counts({channel: before})
 
 
 # --- the board --------------------------------------------------------------------------------------------------------
@@ -328,7 +264,7 @@ class VirtualBoard(Board):
         plant: PlantParameters | Moving,
         servo: Servo | None = None,
         state: State = REST,
-        clock: TimeSource | None = None,
+        clock: SimulatedClock | WallClock | None = None,
         timing: Timing = AT_ONCE,
     ) -> None:
         super().__init__("virtual", _CHANNELS)
@@ -338,12 +274,15 @@ class VirtualBoard(Board):
         if isinstance(self.plant, Plant) and not isinstance(self.clock, SimulatedClock):
             self.plant.prepare()
         self._instant = self.clock.now()  # until which the plant has moved; a sample has several calls at one instant
-        outputs = _CHANNELS[ANALOG_OUTPUT]
-        self.terminals = Terminals(self.plant, MOTOR, self.servo.cable_gain, outputs, timing, self._instant)
+        self.terminals = Terminals(self.plant, self.servo.cable_gain, timing, self._instant)
         self._digital = [0] * _CHANNELS["digital"]
         self._watchdog = _Watchdog()
-        self._sensors = Sensors(self.servo, self.plant)
-        self._output_ranges = dict.fromkeys(range(outputs), (-DAC_LIMIT, DAC_LIMIT))
+        self._offsets = [0, 0]
+        self._per_count = [self.servo.K_enc, self.servo.K_enc]  # rad
+        self._ranges = {  # V; no input is cut until a range is chosen
+            ANALOG_INPUT: dict.fromkeys((POTENTIOMETER, TACHOMETER), (-math.inf, math.inf)),
+            ANALOG_OUTPUT: dict.fromkeys(range(_CHANNELS[ANALOG_OUTPUT]), (-DAC_LIMIT, DAC_LIMIT)),
+        }
 
     def _catch_up(self, instant: float) -> None:
         """Let the plant move until ``instant``, and take the samples that are due before.
@@ -376,23 +315,46 @@ class VirtualBoard(Board):
         task.due += task.period
         task.give(self._values(task))
 
+    def _counted(self, channel: int) -> int:
+        """Return what an encoder's counter reads. The link's counts the other way."""
+        state = self.plant.state
+        angle = state.theta if channel == SERVO_ENCODER else -state.alpha
+        return round(angle / self._per_count[channel]) + self._offsets[channel]
+
+    def _volts(self, channel: int) -> float:
+        """Return what an analog input reads, V."""
+        state, (lowest, highest) = self.plant.state, self._ranges[ANALOG_INPUT][channel]
+        if channel == TACHOMETER:
+            volts = state.theta_dot / self.servo.K_tach if self.servo.tachometer else 0.0
+        else:
+            wrapped = math.remainder(state.theta, 2 * math.pi)
+            volts = wrapped / self.servo.K_pot if abs(wrapped) <= _TRACK / 2 else 0.0  # the wiper is in the gap
+        return min(max(volts, lowest), highest)
+
     def _values(self, task: Task) -> Values:
         """Return what the channels of a task read now."""
         return (
-            [self._sensors.volts(channel) for channel in task.analog] if task.analog else (),
-            list(map(self._sensors.counts, task.encoders)),
-            [self._digital[channel] for channel in task.digital] if task.digital else (),
+            list(map(self._volts, task.analog)),
+            list(map(self._counted, task.encoders)),
+            [self._digital[channel] for channel in task.digital],
         )
 
     # Immediate input and output ---------------------------------------------------------------------------------
 
     def _set_counts(self, counts: Mapping[int, int]) -> None:
         self._catch_up(self.clock.now())
-        self._sensors.set_counts(counts)
+        for channel, count in counts.items():
+            self._offsets[channel] += count - self._counted(channel)
 
     def _set_modes(self, modes: Mapping[int, int]) -> None:
+        """Count one, two or four edges."""
         self._catch_up(self.clock.now())
-        self._sensors.set_modes(modes)
+        for channel, mode in modes.items():
+            if mode not in _EDGES:
+                raise HILError(f"Encoder {channel} counts one, two or four edges; it was given the mode {mode}.")
+            before = self._counted(channel)
+            self._per_count[channel] = self.servo.K_enc * EncoderQuadratureMode.X4 / mode
+            self._offsets[channel] += before - self._counted(channel)
 
     def _set_filters(self, frequencies: Mapping[int, float]) -> None:
         """Check the frequencies (Hz); there is no noise here to be filtered."""
@@ -407,7 +369,7 @@ class VirtualBoard(Board):
                 raise HILError(
                     f"Channel {channel} has no range from {lowest} V to {highest} V: ±{DAC_LIMIT:g} V at most."
                 )
-        (self._sensors.ranges if kind == ANALOG_INPUT else self._output_ranges).update(ranges)
+        self._ranges[kind].update(ranges)
 
     def _read_now(self, task: Task) -> Values:
         self._catch_up(self.clock.now())
@@ -425,7 +387,7 @@ class VirtualBoard(Board):
             self._digital[channel] = level
 
     def _within_ranges(self, voltages: Mapping[int, float]) -> dict[int, float]:
-        ranges = self._output_ranges
+        ranges = self._ranges[ANALOG_OUTPUT]
         return {channel: min(max(volts, ranges[channel][0]), ranges[channel][1]) for channel, volts in voltages.items()}
 
     # Hardware-timed input ---------------------------------------------------------------------------------------
@@ -490,3 +452,58 @@ class VirtualBoard(Board):
         """Find out, before each call to the watchdog, whether it has expired since the last one."""
         self._check_open()
         self._catch_up(self.clock.now())
+
+
+# --- a hand on the arm ------------------------------------------------------------------------------------------------
+
+STANDING, DRIVING = 17 * DEG, 10 * DEG  #: rad, ``most`` while the servo is only held, or is driven
+SILENCE = 0.2  #: s of simulated time; after it, a hand that does not show that it still pulls has let go
+_STIFFNESS = 3.0  # of the hand's spring, relative to the joint's
+_DAMPING = 0.7  # of the arm in the hand
+_SHORT_OF = 0.95  # of ``most``: how far a hand holds the arm, so that it is held steadily
+
+
+class Hand:
+    """A hand that pulls the arm as a spring and a damper would, see :meth:`rotflex.hil.bench.Bench.disturb`.
+
+    The hand alone does not deflect the arm by more than ``most``. While the servo stands, the arm is a mass on a
+    spring. A constant torque tau moves it on a circle around tau/K_s, with the coordinates alpha and alpha_dot/omega_n.
+    The largest torque whose circle stays within ``most`` is the limit in each sample. So the arm also stays within
+    ``most`` after the hand has let go. A motor that drives can add some degrees: then ``most`` is smaller. The tests
+    pull as badly as they can on many benches, and the deflection stays below 20 deg.
+
+    Parameters
+    ----------
+    most : rad, by which it deflects the arm at most
+    """
+
+    def __init__(self, most: float) -> None:
+        self._most = most
+        self._pull: tuple[float] | None = None  # rad; a tuple of its own for each call of pull()
+        self._known: tuple[float] | None = None
+        self._since = 0.0  # s, when the last pull was felt first
+
+    def pull(self, direction: float) -> None:
+        """Pull the arm towards a direction in the room, rad as theta, from now on for ``SILENCE``."""
+        self._pull = (direction,)
+
+    def let_go(self) -> None:
+        """Pull no more."""
+        self._pull = None
+
+    def __call__(self, measured: Measurement, plant: Plant) -> float:
+        """Return the torque on the link, N·m."""
+        pull = self._pull  # read once: it is written by another thread
+        if pull is not self._known:
+            self._known, self._since = pull, measured.time
+        if pull is None or measured.time - self._since >= SILENCE:
+            return 0.0
+        theta, alpha, theta_dot, alpha_dot = plant.state
+        K_s, J_l = plant.parameters.K_s, plant.parameters.J_l
+        damping = 2 * _DAMPING * math.sqrt((1 + _STIFFNESS) * K_s * J_l)
+        off = math.remainder(pull[0] - theta - alpha, 2 * math.pi)
+        held = K_s * math.copysign(min(_STIFFNESS * abs(off), _SHORT_OF * self._most), off)
+        wanted = held - damping * (theta_dot + alpha_dot)
+        room = max(0.0, self._most**2 - alpha**2 - alpha_dot**2 * J_l / K_s)
+        largest = K_s * room / (2 * (self._most - math.copysign(alpha, wanted * alpha))) if room else 0.0
+        return math.copysign(min(abs(wanted), largest), wanted)

@@ -28,7 +28,7 @@ from rotflex.config import one_of
 from rotflex.course.practice import Practice
 from rotflex.errors import BenchError
 from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench
-from rotflex.hil.hand import DRIVING, STANDING, Hand
+from rotflex.hil.virtual import DRIVING, STANDING, Hand
 from rotflex.recording import Recording
 from rotflex.simulation import with_actuator
 from rotflex.units import DEG

@@ -7,20 +7,20 @@ from fault_board import Stopwatch
 
 from rotflex.hil.bench import Bench
 from rotflex.hil.student_benches import VirtualPlantSpec, preset
-from rotflex.hil.virtual import SERVO_ENCODER, Sensors, VirtualBoard
+from rotflex.hil.virtual import SERVO_ENCODER, VirtualBoard
 from rotflex.plant import Plant
 from rotflex.units import DEG
 
 SIGNS = tuple((motor, servo, link) for motor in (1, -1) for servo in (1, -1) for link in (1, -1))
 
 
-class _Turned(Sensors):
-    """Counters that may count the other way than the virtual bench's own."""
+class _Turned(VirtualBoard):
+    """A board whose counters may count the other way than the virtual bench's own."""
 
     turned = (1, 1)
 
-    def counts(self, channel: int) -> int:
-        state, servo = self._plant.state, channel == SERVO_ENCODER
+    def _counted(self, channel: int) -> int:
+        state, servo = self.plant.state, channel == SERVO_ENCODER
         angle = state.theta if servo else state.alpha
         return self.turned[0 if servo else 1] * round(angle / self._per_count[channel]) + self._offsets[channel]
 
@@ -57,9 +57,8 @@ class Laboratory:
                 laboratory.moved = max(laboratory.moved, abs(state.theta))
                 return state
 
-        board = VirtualBoard(Driven(), timing=self.spec.timing)
-        board._sensors = _Turned(board.servo, board.plant)
-        board._sensors.turned = self.signs[1:]
+        board = _Turned(Driven(), timing=self.spec.timing)
+        board.turned = self.signs[1:]
         self.made.append(board)
         return board
 

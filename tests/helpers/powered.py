@@ -34,7 +34,7 @@ class Powered:
 
     def connect(self) -> VirtualBoard:
         self.board = VirtualBoard(self.plant, clock=self.time)
-        self.board._sensors._offsets[0] = -round(self.at_zero / self.board.servo.K_enc)
+        self.board._offsets[0] = -round(self.at_zero / self.board.servo.K_enc)
         return self.board
 
     def bench(self, **setup: Any) -> Bench:

@@ -10,9 +10,8 @@ from scipy.integrate import solve_ivp
 from rotflex import experiments, hil
 from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench, Connection
-from rotflex.hil.hand import DRIVING, SILENCE, STANDING, Hand
 from rotflex.hil.student_benches import WORKBOOK
-from rotflex.hil.virtual import VirtualBoard
+from rotflex.hil.virtual import DRIVING, SILENCE, STANDING, Hand, VirtualBoard
 from rotflex.plant import Plant
 from rotflex.recording import PUSHED, Recording
 from rotflex.units import DEG

@@ -269,7 +269,7 @@ class Held:
 
 
 def terminals(timing=LATE, gain=1.0, now=0.0):
-    return Terminals(Held(), motor=0, gain=gain, outputs=2, timing=timing, now=now)
+    return Terminals(Held(), gain, timing, now)
 
 
 @pytest.mark.parametrize(
