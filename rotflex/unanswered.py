@@ -25,6 +25,12 @@ HELPS = (
 Stretch = tuple[int, int]
 
 
+def table_of(metadata: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """Return a table of a recording's metadata, such as ``timing`` or ``bench``; an empty one where there is none."""
+    table = metadata.get(name)
+    return table if isinstance(table, Mapping) else {}
+
+
 def too_many(metadata: Mapping[str, Any], samples: int) -> bool:
     """Whether so many of a recording's samples came late or never that it is not to be relied on."""
     return sum(_counted(metadata)) > FEW * samples
@@ -41,8 +47,7 @@ def in_words(metadata: Mapping[str, Any], samples: int) -> str:
 
 def drift_of(metadata: Mapping[str, Any]) -> float:
     """By how much of the time the board's clock was slower than the computer's; 0 where the metadata do not say."""
-    timing = metadata.get(TIMING)
-    drift = timing.get("drift") if isinstance(timing, Mapping) else None
+    drift = table_of(metadata, TIMING).get("drift")
     return drift if isinstance(drift, float) and abs(drift) < 1 else 0.0
 
 
@@ -52,16 +57,14 @@ def of_clock(drift: float) -> str:
 
 
 def _counted(metadata: Mapping[str, Any]) -> tuple[int, int]:
-    timing = metadata.get(TIMING)
-    counted = [timing.get(name) if isinstance(timing, Mapping) else 0 for name in ("late", "missed")]
+    counted = [table_of(metadata, TIMING).get(name) for name in ("late", "missed")]
     late, missed = (value if type(value) is int and value > 0 else 0 for value in counted)
     return late, missed
 
 
 def stretches(metadata: Mapping[str, Any], name: str) -> list[Stretch]:
     """Those of a kind, in order; none where the metadata say nothing that can be understood."""
-    timing = metadata.get(TIMING)
-    noted = timing.get(name) if isinstance(timing, Mapping) else None
+    noted = table_of(metadata, TIMING).get(name)
     if not isinstance(noted, list | tuple):
         return []
     found = []
@@ -85,8 +88,8 @@ def mask(spans: list[Stretch], samples: int) -> NDArray[np.bool_]:
 
 def cut(metadata: Mapping[str, Any], first: int, samples: int) -> dict[str, Any]:
     """The metadata of a part of a recording: so many samples from one on."""
-    timing = metadata.get(TIMING)
-    if not isinstance(timing, Mapping):
+    timing = table_of(metadata, TIMING)
+    if not timing:
         return dict(metadata)
     parts: dict[str, Any] = {}
     for name in (HELD, LOST):

@@ -22,7 +22,7 @@ from rotflex.errors import BenchError, NotRecorded, RecordingError
 from rotflex.hil.board import WATCHDOG_TIMEOUT
 from rotflex.plant import State
 from rotflex.recording import Channel, Recording
-from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, cut, mask, stretches
+from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING, cut, mask, stretches, table_of
 from rotflex.units import Vector
 
 REPORTED = "told"  #: in a recording's metadata: the parts as the student was told them, and the bench's limit
@@ -127,12 +127,13 @@ class RecordedPlant:
         if not self._is_period(sample_time):
             held = self.recording.sample_time
             why = f"it is sampled every {held * 1e3:g} ms, and this every {sample_time * 1e3:g} ms"
-            raise self._refused(requested, why)
-        if "vm" not in self.recording:
-            raise self._refused(requested, "without vm, nothing tells whether it is this run")
-        if samples > len(self.recording):
+        elif "vm" not in self.recording:
+            why = "without vm, nothing tells whether it is this run"
+        elif samples > len(self.recording):
             why = f"it is of {self.duration:g} s, and {(samples - 1) * sample_time:g} s are asked for: see duration="
-            raise self._refused(requested, why)
+        else:
+            return
+        raise self._refused(requested, why)
 
     def require_same(self, volts: Vector, requested: str) -> Vector:
         """Return the recorded voltage, if ``volts`` are it.
@@ -247,8 +248,7 @@ def voltage_limit(recording: Recording, v_max: float) -> float:
     recording : says so itself, where it was kept at a bench
     v_max : the most that its servo can have, V; a limit beyond it counts for nothing
     """
-    stored = recording.metadata.get(REPORTED)
-    limit = stored.get(VOLTAGE_LIMIT) if isinstance(stored, Mapping) else None
+    limit = table_of(recording.metadata, REPORTED).get(VOLTAGE_LIMIT)
     if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0:
         return v_max
     return min(limit, v_max)
@@ -256,15 +256,13 @@ def voltage_limit(recording: Recording, v_max: float) -> float:
 
 def run_of(recording: Recording) -> int:
     """Return the number of the run that a recording says it is; 1 where it says none."""
-    about = recording.metadata.get("bench")
-    run = about.get("run", 1) if isinstance(about, Mapping) else 1
+    run = table_of(recording.metadata, "bench").get("run", 1)
     return run if isinstance(run, int) else 1
 
 
 def described(settings: Mapping[str, Any], seconds: float = 0.0, run: int = 1) -> str:
     """Return an experiment in words, as "tracking, feedback = full, K = 18.2 -17.2 1.6 0.6, 10 s"."""
-    about = settings.get("bench")
-    run = about.get("run", run) if isinstance(about, Mapping) else run
+    run = table_of(settings, "bench").get("run", run)
     parts = [str(settings.get("experiment", "an experiment without a name"))]
     for name in SETTINGS:
         value = settings.get(name)
@@ -321,8 +319,8 @@ def _agrees(recorded: Any, value: Any) -> bool:
 
 def implausible_timing(recording: Recording) -> str | None:
     """Return why what a recording says of samples that were not answered cannot be so, or is too much; None if not."""
-    timing = recording.metadata.get(TIMING)
-    if not isinstance(timing, Mapping):
+    timing = table_of(recording.metadata, TIMING)
+    if not timing:
         return None
     held, samples = stretches(recording.metadata, HELD), len(recording)
     counted = [value for name in ("late", "missed") if type(value := timing.get(name)) is int]
