@@ -114,7 +114,7 @@ def setup(
         )
     if not is_file and out.exists():
         raise ConfigurationError(f"{out} is there already: give it in place of {board}, or another --out.")
-    _check_out(out)
+    _check_out(out, force=True)
     file = bench_file.load(board) if is_file else bench_file.BenchFile(board)
     work = commissioning.add_watchdog_test if watchdog else commissioning.commission
     done = work(file, lambda bench, chosen: hil.open(bench.address, setup=chosen), commissioning.Terminal())
@@ -175,21 +175,16 @@ def run_experiment(
     It fails, with the recording saved, where too many samples came late.
     """
     from rotflex import hil, unanswered
-    from rotflex.errors import RecordingError
     from rotflex.recording import saved_ending
 
     saved_ending(out)
-    _check_new(out, force)
+    _check_out(out, force)
     chosen = _experiment(experiment, gain, {} if duration is None else {"duration": duration})
     with hil.open(bench) as opened:
         _ask_for_mark(opened, opened.safety.mark_unknown, ", and is the amplifier on again")
         opened.recorder.path = out
         recording = chosen(opened)
-        try:
-            recording.save(out)
-        except RecordingError as error:
-            saved = opened.recorder.keep(recording)
-            raise RecordingError(f"{error} The recording is whole: it is {saved}.") from error
+        opened.recorder.save_whole(recording, lambda whole: whole.save(out))
     typer.echo(f"{len(recording)} samples are in {out}.")
     if late := unanswered.in_words(recording.metadata, len(recording)):
         typer.echo(late, err=True)
@@ -199,15 +194,10 @@ def run_experiment(
         raise typer.Exit(1)
 
 
-def _check_out(out: Path) -> None:
-    """Raise ConfigurationError unless a file can be written there: after the run it is too late."""
+def _check_out(out: Path, force: bool) -> None:
+    """Raise ConfigurationError unless a file can, and may, be written there: after the run it is too late."""
     if not out.absolute().parent.is_dir() or out.is_dir():
         raise ConfigurationError(f"{out} cannot be written: name a file in a folder that is there.")
-
-
-def _check_new(out: Path, force: bool) -> None:
-    """Raise ConfigurationError also where a file is there already."""
-    _check_out(out)
     if out.exists() and not force:
         raise ConfigurationError(f"{out} is there already: name another --out, or add --force.")
 
@@ -322,7 +312,7 @@ def fit_twin(
     from rotflex.hil.virtual import Timing
     from rotflex.recording import Recording
 
-    _check_new(out, force)
+    _check_out(out, force)
     if out.suffix != ".toml":
         raise ConfigurationError(f"{out}: a fitted bench is a file whose name ends in .toml.")
     every = {str(path): Recording.load(path, columns=columns) for path in recordings}
@@ -377,11 +367,10 @@ def _check_fit(path: str, recording: Recording) -> None:
 
 def _recorded(every: Mapping[str, Recording], name: str, default: Any) -> Any:
     """Return what the recordings say of their bench, on which they must agree."""
-    values = {}
-    for path, recording in every.items():
-        bench = recording.metadata.get("bench")
-        if isinstance(bench, dict) and name in bench:
-            values[path] = bench[name]
+    from rotflex.unanswered import table_of
+
+    benches = {path: table_of(recording.metadata, "bench") for path, recording in every.items()}
+    values = {path: bench[name] for path, bench in benches.items() if name in bench}
     if len(set(values.values())) > 1:
         listed = ", ".join(f"{path}: {value}" for path, value in values.items())
         raise ConfigurationError(

@@ -93,7 +93,7 @@ def test_a_recording_with_too_many_pauses_is_kept_and_told_at_once(tmp_path, cap
     time = np.arange(2000) * 0.002
     timing = {"late": 300, "missed": 0, "held": [[first, 60] for first in range(100, 600, 100)]}
     recording = Recording.of(time, {"experiment": "watch", "timing": timing}, theta=time, alpha=time, vm=0 * time)
-    RecordingsFolder(tmp_path).keep(recording, {})
+    RecordingsFolder(tmp_path).keep(recording)
     told = capsys.readouterr().out
     assert "001-watch.mat" in told and "15%" in told
 
@@ -105,7 +105,7 @@ def test_a_link_in_place_of_the_folder_is_not_followed_and_said(tmp_path):
     store = RecordingsFolder(tmp_path)
     recording = Recording.of(np.arange(3) * 0.002, theta=np.zeros(3))
     with pytest.raises(RecordingError, match="link"):
-        store.keep(recording, {})
+        store.keep(recording)
     recording.save(tmp_path / "elsewhere" / "001-run.mat")
     found, (left_out,) = store.load()
     assert found == {} and "link" in left_out
@@ -154,7 +154,7 @@ def test_a_bench_whose_name_the_course_does_not_have_is_told_before_anything_is_
 def keep(store, *settings, seconds=0.1):
     time = np.arange(round(seconds / 0.002) + 1) * 0.002
     for metadata in settings:
-        store.keep(Recording.of(time, metadata, theta=time, alpha=time, vm=time), {})
+        store.keep(Recording.of(time, metadata, theta=time, alpha=time, vm=time))
 
 
 def test_of_more_than_can_count_repeats_are_left_out_first_and_that_is_told(tmp_path, capsys):
@@ -207,10 +207,10 @@ def test_virtual_benches_and_replays_leave_nothing_behind(here, tmp_path):
 def test_a_broken_file_is_told_and_left_out_and_numbers_go_on(here, tmp_path, capsys):
     store = RecordingsFolder(tmp_path / "ada")
     t = np.arange(10) * 0.002
-    store.keep(Recording.of(t, {"experiment": "a/b ../c"}, theta=t, alpha=t, vm=t), {})
+    store.keep(Recording.of(t, {"experiment": "a/b ../c"}, theta=t, alpha=t, vm=t))
     (tmp_path / "ada/recordings/0999-x.mat").write_text("broken")
     (tmp_path / "ada/recordings/notes.mat").write_text("mine")
-    store.keep(Recording.of(t, {}, theta=t, alpha=t, vm=t), {})
+    store.keep(Recording.of(t, {}, theta=t, alpha=t, vm=t))
     assert [path.name for path in store.paths] == ["001-a-b-c.mat", "0999-x.mat", "1000-run.mat"]
     assert len(store.recordings()) == 2
     assert "Note      0999-x.mat cannot be read as a .mat file" in capsys.readouterr().out

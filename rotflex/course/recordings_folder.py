@@ -8,19 +8,20 @@ plain data (``solutions/evidence.py`` reads that, strictly).
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from labcourse import files
+from rotflex import hil
 from rotflex.config import Joint, Servo, joint, srv02
 from rotflex.errors import RecordingError
-from rotflex.hil.bench import Bench, Connection, Limits, Safety
+from rotflex.hil.bench import Bench
+from rotflex.hil.recorder import file_stem
 from rotflex.hil.replay import REPORTED, SETTINGS, VOLTAGE_LIMIT, RecordedRuns, described, implausible_timing, run_of
-from rotflex.hil.virtual import SimulatedClock, VirtualBoard
 from rotflex.recording import Recording
-from rotflex.unanswered import HELD, LOST, TIMING
+from rotflex.unanswered import HELD, LOST, TIMING, table_of
 
 FOLDER = "recordings"  #: beside the notebooks
 ADDRESS = "recorded"  #: of the bench whose plant these recordings are
@@ -42,14 +43,12 @@ class RecordingsFolder:
     @property
     def paths(self) -> list[Path]:
         """The recordings' files, in the order in which they were made."""
-        found = [(int(match[1]), path) for path in self._files() if (match := _NUMBERED.fullmatch(path.name))]
-        return [path for _number, path in sorted(found)]
-
-    def _files(self) -> list[Path]:
         try:
-            return [] if self.folder.is_symlink() else list(self.folder.iterdir())
+            there = [] if self.folder.is_symlink() else list(self.folder.iterdir())
         except OSError:
-            return []
+            there = []
+        found = [(int(match[1]), path) for path in there if (match := _NUMBERED.fullmatch(path.name))]
+        return [path for _number, path in sorted(found)]
 
     def recordings(self) -> list[Recording]:
         """Load the recordings that count, in order; print a line on each that does not."""
@@ -98,22 +97,14 @@ class RecordingsFolder:
         reported = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: limit}
 
         def keep(recording: Recording) -> None:
-            try:
-                self.keep(recording, reported)
-            except RecordingError as error:
-                saved = bench.recorder.keep(replace(recording, metadata={**recording.metadata, REPORTED: reported}))
-                raise RecordingError(f"{error} The recording is whole: it is {saved}.") from error
+            whole = replace(recording, metadata={**recording.metadata, REPORTED: reported})
+            bench.recorder.save_whole(whole, self.keep)
 
         bench.recorder.on_recorded = keep
         return bench
 
-    def keep(self, recording: Recording, reported: Mapping[str, Any]) -> Path:
+    def keep(self, recording: Recording) -> Path:
         """Keep a recording, and print a line of it, and another where it will not count.
-
-        Parameters
-        ----------
-        recording : as the bench gave it
-        reported : the parts on the bench and its limit, as plain data
 
         Raises
         ------
@@ -127,9 +118,8 @@ class RecordingsFolder:
         except OSError as error:
             raise RecordingError(f"{self.folder} cannot be made: {error.strerror}.") from None
         number = 1 + max((int(path.name.partition("-")[0]) for path in self.paths), default=0)
-        name = re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"
-        path = self.folder / f"{number:03d}-{name}.mat"
-        replace(recording, metadata={**recording.metadata, REPORTED: dict(reported)}).save(path)
+        path = self.folder / f"{number:03d}-{file_stem(recording)}.mat"
+        recording.save(path)
         print(f"Kept      {FOLDER}/{path.name}")
         if why := implausible_timing(recording):
             print(
@@ -164,12 +154,9 @@ def bench_of(recordings: Sequence[Recording], run: int, servo: Servo, arm: Joint
     run : number of the run that is asked for
     servo, arm : the bench's parts
     """
-    runs = RecordedRuns(recordings, servo.V_max, run)
-    about = recordings[-1].metadata.get("bench") if recordings else None
-    identity = {**(about if isinstance(about, Mapping) else {}), "uri": ADDRESS, "run": run}
-    connection = Connection(lambda: VirtualBoard(runs, servo, clock=SimulatedClock()), servo, recorded=runs)
-    safety = Safety(Limits(theta=float("inf"), alpha=float("inf")))  # there is nothing to come to harm
-    return Bench(connection, servo, arm, {**identity, "clock": "simulated"}, safety)
+    about = table_of(recordings[-1].metadata, "bench") if recordings else {}
+    identity = {**about, "uri": ADDRESS, "run": run, "clock": "simulated"}
+    return hil.recorded_bench(RecordedRuns(recordings, servo.V_max, run), servo, arm, identity)
 
 
 def parts_of(recordings: Sequence[Recording]) -> tuple[Servo, Joint]:
@@ -202,9 +189,7 @@ def evidence(beside: Path) -> dict[str, Any]:
 def _plain(recording: Recording) -> dict[str, Any]:
     """Return a recording's samples, and of its metadata what marking goes by."""
     about = recording.metadata
-    bench, reported, timing = (
-        one if isinstance(one := about.get(name), Mapping) else {} for name in ("bench", REPORTED, TIMING)
-    )
+    bench, reported, timing = (table_of(about, name) for name in ("bench", REPORTED, TIMING))
     return {
         "experiment": about.get("experiment", ""),
         "settings": {name: about[name] for name in SETTINGS if name in about},

@@ -40,6 +40,7 @@ from rotflex.hil.student_benches import preset as named_bench
 from rotflex.hil.virtual import OwnPlant, SimulatedClock, VirtualBoard, WallClock
 from rotflex.plant import Moving, PlantParameters
 from rotflex.recording import Recording
+from rotflex.unanswered import table_of
 
 __all__ = ["Bench", "open"]
 
@@ -88,23 +89,6 @@ def open(
     ConfigurationError
         If a value in it does not exist.
     """
-    bench = _at(uri, seed, preset, draw, run, plant, servo, setup)
-    if disturbance is not None:
-        bench.disturb(disturbance)
-    return bench
-
-
-def _at(
-    uri: str,
-    seed: int | None,
-    preset: str | None,
-    draw: int,
-    run: int,
-    plant: VirtualPlantSpec | PlantParameters | Moving | None,
-    servo: Servo | None,
-    setup: Setup | None,
-) -> Bench:
-    """Return the bench at an address, see :func:`open`."""
     scheme, _colon, rest = uri.partition(":")
     path, mark, query = rest.partition("?")
     given = {"plant": plant, "servo": servo, "setup": setup}
@@ -113,55 +97,64 @@ def _at(
         file = bench_file.load(uri)
         bench = open(file.address, setup=file.setup())
         bench.identity["name"] = file.name
-        return bench
-    if scheme == "virtual" and path.endswith(".toml"):
+    elif scheme == "virtual" and path.endswith(".toml"):
         _refuse(uri, given, "the file has the plant and its servo.")
-        return _twin(uri, path, mark + query, run)
-    if scheme == "replay":
+        bench = _twin(uri, path, mark + query, run)
+    elif scheme == "virtual":
+        _refuse(uri, {"setup": setup}, "a setup is of a real bench.")
+        bench = _virtual(uri, rest, seed, preset, draw, run, plant, servo)
+    elif scheme == "replay":
         _refuse(uri, given, "a recording is in the plant's place, and says what it is of.")
-        return _replay(uri, path, mark + query)
-    if scheme != "virtual":
+        bench = _replay(uri, path, mark + query)
+    else:
         driver = drivers.find(uri)
         if driver is None:
             raise drivers.unknown(uri)
         parts = "a real bench has its own plant; its parts stand in setup=Setup(servo=…, joint=…)."
-        _refuse(uri, given | {"setup": None}, parts)
-        return driver.bench(uri, setup)
-    _refuse(uri, {"setup": setup}, "a setup is of a real bench.")
-    options = drivers.options(uri, rest, _OPTIONS, "virtual:?seed=7")
-    clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
-    fitted = servo or srv02(encoder=options.get("encoder", "E"))
-    identity: dict[str, Any] = {"uri": uri}
-    if plant is not None and not isinstance(plant, VirtualPlantSpec | PlantParameters):
-        OwnPlant(plant)  # what is wrong with it is said now
-        _refuse_draw(uri, options, "seed", "preset", "arm_position", "run")
-        identity |= {"plant": type(plant).__name__, "encoder": fitted.encoder, "clock": clock}
-        return _virtual(
-            lambda: VirtualBoard(OwnPlant(plant), fitted, clock=_CLOCKS[clock]()), fitted, joint(1), identity
-        )
-    spec, about = _spec(uri, options, seed, preset, draw, plant)
-    number = _integer("run", options.get("run", run))
-    spec = spec.run(number)
-    identity |= about
-    identity |= {"run": number, "arm_position": spec.joint.arm_position, "encoder": fitted.encoder, "clock": clock}
-    return _virtual(
-        lambda: VirtualBoard(spec.parameters, fitted, clock=_CLOCKS[clock](), timing=spec.timing),
-        fitted,
-        spec.joint,
-        identity,
-    )
+        _refuse(uri, {"plant": plant, "servo": servo}, parts)
+        bench = driver.bench(uri, setup)
+    if disturbance is not None:
+        bench.disturb(disturbance)
+    return bench
 
 
 def _virtual(
-    connect: Callable[[], VirtualBoard],
-    servo: Servo,
-    arm: Joint,
-    identity: Mapping[str, Any],
-    recorded: RecordedPlant | None = None,
+    uri: str,
+    query: str,
+    seed: int | None,
+    preset: str | None,
+    draw: int,
+    run: int,
+    plant: VirtualPlantSpec | PlantParameters | Moving | None,
+    servo: Servo | None,
 ) -> Bench:
-    limits = None if recorded is None else Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
-    connection = Connection(connect, servo, virtual=True, recorded=recorded)
-    return Bench(connection, servo, arm, identity, Safety(limits))
+    """Return a virtual bench, see :func:`open`."""
+    options = drivers.options(uri, query, _OPTIONS, "virtual:?seed=7")
+    clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
+    fitted = servo or srv02(encoder=options.get("encoder", "E"))
+    if plant is not None:
+        drawn = {name: options.get(name) for name in ("seed", "preset", "arm_position")}
+        _refuse(uri, drawn, _OWN_PARAMETERS)
+    if plant is not None and not isinstance(plant, VirtualPlantSpec | PlantParameters):
+        OwnPlant(plant)  # what is wrong with it is said now
+        _refuse(uri, {"run": options.get("run")}, _OWN_PARAMETERS)
+        arm = joint(1)
+        about: dict[str, Any] = {"plant": type(plant).__name__}
+
+        def connect() -> VirtualBoard:
+            return VirtualBoard(OwnPlant(plant), fitted, clock=_CLOCKS[clock]())
+    else:
+        spec, about = _spec(uri, options, seed, preset, draw, plant)
+        number = _integer("run", options.get("run", run))
+        spec = spec.run(number)
+        arm = spec.joint
+        about |= {"run": number, "arm_position": arm.arm_position}
+
+        def connect() -> VirtualBoard:
+            return VirtualBoard(spec.parameters, fitted, clock=_CLOCKS[clock](), timing=spec.timing)
+
+    identity = {"uri": uri, **about, "encoder": fitted.encoder, "clock": clock}
+    return Bench(Connection(connect, fitted, virtual=True), fitted, arm, identity)
 
 
 def _spec(
@@ -175,7 +168,6 @@ def _spec(
     """Return what a virtual bench is made of, and how it is known."""
     name = options.get("preset", None if "seed" in options else preset)
     if plant is not None:
-        _refuse_draw(uri, options, "seed", "preset", "arm_position")
         spec = VirtualPlantSpec(joint(1), plant) if isinstance(plant, PlantParameters) else plant
         return spec, {"plant": {**asdict(spec.parameters), "delay": spec.timing.delay}}
     if name is not None:
@@ -195,18 +187,10 @@ def _refuse(uri: str, given: Mapping[str, object], why: str) -> None:
             raise BenchError(f"The address {uri!r} takes no {name}=: {why}")
 
 
-def _refuse_draw(uri: str, options: Mapping[str, str], *drawn: str) -> None:
-    """Raise BenchError where an address says how to draw a plant, and one was given."""
-    _refuse(
-        uri, {name: options.get(name) for name in drawn}, "a plant was given as well, which has its own parameters."
-    )
-
-
 def _twin(uri: str, path: str, query: str, run: int) -> Bench:
-    options = drivers.options(uri, query, ("run", "clock"), "virtual:twin.toml?clock=wall")
+    drivers.options(uri, query, ("run", "clock"), "virtual:twin.toml?clock=wall")
     twin = bench_file.load_twin(path)
-    number = _integer("run", options.get("run", run))
-    bench = open("virtual:" + query, plant=twin.spec, servo=twin.servo, run=number)
+    bench = open("virtual:" + query, plant=twin.spec, servo=twin.servo, run=run)
     bench.identity["uri"] = uri
     if twin.name:
         bench.identity["name"] = twin.name
@@ -217,29 +201,37 @@ def _replay(uri: str, path: str, query: str) -> Bench:
     options = drivers.options(uri, query, ("clock",), "replay:file.mat?clock=wall")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     recording = Recording.load(path)
-    known = recording.metadata.get("bench")
-    about: dict[str, Any] = known if isinstance(known, dict) else {}
+    about = table_of(recording.metadata, "bench")
     encoder, position = about.get("encoder", "E"), about.get("arm_position", 1)
     if encoder not in ("E", "EHR") or position not in (1, 2, 3):
         raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
     arm, seed, draw = joint(position), about.get("seed"), about.get("draw")
     if isinstance(seed, int) and seed >= 0 and isinstance(draw, int) and draw in DRAWS:
         arm = student_bench(seed, position, draw).joint
-    servo, plant = srv02(encoder=encoder), RecordedPlant(recording, Path(path).name)
+    name = Path(path).name
+    plant, identity = RecordedPlant(recording, name), {"uri": uri, "recording": name, "clock": clock}
+    return recorded_bench(plant, srv02(encoder=encoder), arm, identity)
+
+
+def recorded_bench(plant: RecordedPlant, servo: Servo, arm: Joint, identity: Mapping[str, Any]) -> Bench:
+    """Return a bench with a recording in the plant's place.
+
+    Parameters
+    ----------
+    plant : the recording
+    servo, arm : the parts of the bench that was recorded
+    identity : plain data that says which bench this is; its "clock" is simulated or wall
+    """
 
     def connect() -> VirtualBoard:
         plant.rewind()
-        return VirtualBoard(plant, servo, clock=_CLOCKS[clock]())
+        return VirtualBoard(plant, servo, clock=_CLOCKS[identity["clock"]]())
 
-    identity = {"uri": uri, "recording": plant.name, "clock": clock}
-    return _virtual(connect, servo, arm, identity, plant)
+    no_limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
+    return Bench(Connection(connect, servo, virtual=True, recorded=plant), servo, arm, identity, Safety(no_limits))
 
 
 def _integer(name: str, value: str | int) -> int:
-    try:
-        number = int(value)
-    except ValueError:
-        number = -1
-    if number < 0:
+    if not (str(value).isascii() and str(value).isdecimal()):
         raise BenchError(f"{name} must be a whole number, not negative; it is {value!r}.")
-    return number
+    return int(value)

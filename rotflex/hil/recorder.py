@@ -52,12 +52,26 @@ class Recorder:
     def keep(self, recording: Recording) -> str:
         """Keep a recording, also in a file, and return where it is: "in …"."""
         self.unfinished = recording
-        for path in filter(None, (self.path, self.folder and _aside(recording, self.folder))):
+        name = f"{file_stem(recording)}-{datetime.datetime.now():%Y%m%d-%H%M%S}-{uuid.uuid4().hex[:8]}.mat"
+        for path in filter(None, (self.path, self.folder and self.folder / name)):
             with contextlib.suppress(OSError, RecordingError):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 self.unfinished_file = recording.save(path)
                 return f"in {self.unfinished_file}"
         return "in the bench's recorder.unfinished, until the program ends"
+
+    def save_whole(self, recording: Recording, save: Callable[[Recording], object]) -> None:
+        """Have a whole recording saved; keep it where that cannot be done.
+
+        Raises
+        ------
+        RecordingError
+            If ``save`` raises it; the message says where the recording is.
+        """
+        try:
+            save(recording)
+        except RecordingError as error:
+            raise RecordingError(f"{error} The recording is whole: it is {self.keep(recording)}.") from error
 
 
 class Stored:
@@ -115,7 +129,7 @@ def recover(folder: Path) -> None:
             described = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
             ended = "The program ended without a word. The board's watchdog, where it works, then sets 0 V."
             if recording := broken_off(signals, described | {"ended": ended}):
-                saved = recording.save(folder / f"{_name(recording)}-{path.stem[:8]}.mat")
+                saved = recording.save(folder / f"{file_stem(recording)}-{path.stem[:8]}.mat")
                 path.unlink()
                 note = f"Note      A program was killed in a run. What was recorded until then is in {saved}."
                 print(note, file=sys.stderr)  # doctor's JSON is on the other one
@@ -162,10 +176,6 @@ def pushed(recording: Recording, torque: NDArray[np.float64]) -> Recording:
     return Recording(recording.time, channels, recording.metadata)
 
 
-def _aside(recording: Recording, folder: Path) -> Path:
-    """Return a new path for a recording that was broken off, or could not be saved where it should be."""
-    return folder / f"{_name(recording)}-{datetime.datetime.now():%Y%m%d-%H%M%S}-{uuid.uuid4().hex[:8]}.mat"
-
-
-def _name(recording: Recording) -> str:
+def file_stem(recording: Recording) -> str:
+    """Return the name of a recording's experiment as a part of a file's name."""
     return re.sub(r"\W+", "-", str(recording.metadata.get("experiment", "run"))).strip("-") or "run"

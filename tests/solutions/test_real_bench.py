@@ -60,7 +60,8 @@ def content_of(folder, *recordings, spec=OURS) -> dict:
     """What the sandbox gives back of a folder with these recordings, before it is JSON."""
     store = RecordingsFolder(folder)
     for one in recordings:
-        store.keep(one, told(spec) | dict(one.metadata.get(REPORTED, {})))
+        reported = told(spec) | dict(one.metadata.get(REPORTED, {}))
+        store.keep(replace(one, metadata={**one.metadata, REPORTED: reported}))
     return evidence(folder)
 
 
