@@ -77,10 +77,8 @@ def run(
     theta, alpha, vm, torque = _sampled(bench, controller, targets, described, progress)
     if bench.connection.recorded is not None:
         vm = bench.connection.recorded.require_same(vm, asked)
-    time = np.arange(targets.size) * sample_time
     channels = {} if is_open else {"theta_ref": targets}
-    channels |= {"theta": theta, "alpha": alpha, "vm": vm}
-    return pushed(Recording.of(time, described | _timing(bench, targets.size, sample_time), **channels), torque)
+    return _recording(bench, described, torque, **channels, theta=theta, alpha=alpha, vm=vm)
 
 
 def listen(
@@ -108,10 +106,10 @@ def listen(
         samples = min(samples, bench.connection.recorded.samples(sample_time))
         volts = bench.connection.recorded.voltage(samples, sample_time)
     described = _described(bench, sample_time, metadata)
-    signals = _sampled(bench, OpenLoop(), np.zeros(samples) if volts is None else volts, described, progress)
-    channels = {"theta": signals[0], "alpha": signals[1]} | ({} if volts is None else {"vm": volts})
-    described |= _timing(bench, samples, sample_time)
-    return pushed(Recording.of(np.arange(samples) * sample_time, described, **channels), signals[3])
+    targets = np.zeros(samples) if volts is None else volts
+    theta, alpha, _vm, torque = _sampled(bench, OpenLoop(), targets, described, progress)
+    channels = {} if volts is None else {"vm": volts}
+    return _recording(bench, described, torque, theta=theta, alpha=alpha, **channels)
 
 
 def _sampled(
@@ -124,7 +122,7 @@ def _sampled(
     if bench.connection.recorded is not None:
         bench.connection.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.
-    coming = enumerate(with_progress(targets.tolist(), "experiment", "sample", progress))
+    coming = with_progress(range(targets.size), "experiment", "sample", progress)
     with bench.running, undisturbed(not bench.is_simulated):
         try:
             bench.start(described["sample_time"])
@@ -171,41 +169,30 @@ def _sample(
     bench: Bench,
     controller: Controller,
     targets: NDArray[np.float64],
-    coming: Iterable[tuple[int, float]],
+    coming: Iterable[int],
     signals: NDArray[np.float64],
 ) -> None:
+    """Record each sample, and answer the newest; the controller sees those that came late or were lost, too."""
     theta, alpha, vm, torque = signals
-    passed = -1  # the last sample that is dealt with
-    for index, target in coming:
-        if index <= passed:
+    commands = targets.tolist()
+    newest = -1  # the last sample that is dealt with
+    for index in coming:
+        if index <= newest:
             continue
-        measured = bench.read()
-        if bench.late or bench.sample != index:
-            passed = _catch_up(bench, controller, targets, signals, index)
-            continue
-        if bench.overdue:
-            _hold(vm, index, index, bench.overdue)
-        _now, theta[index], alpha[index] = measured
-        vm[index] = bench.write(controller(target, measured.theta, measured.alpha))
-        torque[index] = bench.push()
-
-
-def _catch_up(
-    bench: Bench, controller: Controller, targets: NDArray[np.float64], signals: NDArray[np.float64], index: int
-) -> int:
-    """Record the samples that were late, answer the newest, and return which it is."""
-    newest, came = bench.sample, [*bench.late, bench.latest]
-    first = newest - len(bench.late)
-    _hold(signals[2], index, newest, bench.overdue)
-    for sample, measured in enumerate([*_bridge(signals, index, first, came[0]), *came], index):
-        if sample >= targets.size:
-            return newest
-        _time, signals[0, sample], signals[1, sample] = measured
-        asked = controller(float(targets[sample]), measured.theta, measured.alpha)
-        if first <= sample < newest and bench.on_sample is not None:
-            bench.on_sample(measured, float(signals[2, sample]))
-    signals[2, newest] = bench.write(asked)
-    return newest
+        came = [bench.read()]
+        newest = bench.sample
+        if newest > index or bench.overdue:
+            _hold(vm, index, newest, bench.overdue)
+            came = [*bench.late, *came]
+            came = [*_bridge(signals, index, newest + 1 - len(came), came[0]), *came]
+        for sample, measured in enumerate(came[: targets.size - index], index):  # the last may come after the end
+            _time, theta[sample], alpha[sample] = measured
+            answer = controller(commands[sample], measured.theta, measured.alpha)
+            if newest - len(bench.late) <= sample < newest and bench.on_sample is not None:
+                bench.on_sample(measured, float(vm[sample]))
+        if newest < targets.size:
+            vm[newest] = bench.write(answer)
+            torque[newest] = bench.push()
 
 
 def _hold(vm: NDArray[np.float64], index: int, newest: int, overdue: int) -> None:
@@ -233,9 +220,13 @@ def _note_last(bench: Bench, signals: NDArray[np.float64]) -> None:
             signals[:2, sample] = angles
 
 
-def _timing(bench: Bench, samples: int, sample_time: float) -> dict[str, Any]:
-    """Return how steadily the samples came; on a replay, as its recording says."""
-    return bench.timing if bench.connection.recorded is None else bench.connection.recorded.timing(samples, sample_time)
+def _recording(
+    bench: Bench, described: dict[str, Any], torque: NDArray[np.float64], **channels: NDArray[np.float64]
+) -> Recording:
+    """Return the recording of a whole run; it says how steadily samples came, on a replay as its own recording does."""
+    samples, sample_time, recorded = torque.size, described["sample_time"], bench.connection.recorded
+    timing = bench.timing if recorded is None else recorded.timing(samples, sample_time)
+    return pushed(Recording.of(np.arange(samples) * sample_time, described | timing, **channels), torque)
 
 
 def _described(bench: Bench, sample_time: float, metadata: Mapping[str, Any] | None) -> dict[str, Any]:
