@@ -288,13 +288,13 @@ class Bench:
         """Return why the board's watchdog has expired: too slow a controller, a board that was silent, or a pause."""
         pace = self._pace
         if pace is not None and pace.too_slow:
-            return self._too_slow(pace)
+            return pace.too_slow
         if pace is not None and pace.waited >= WATCHDOG_TIMEOUT:
             silent = f"No sample came from the board for {pace.waited:.2f} s, so that its watchdog expired"
             try:
                 asked = pace.now()
                 self.connection.fetch(self._counts, 1)
-                if pace.blocked(asked):  # else the next sample waited already: the computer had paused, not the board
+                if pace.blocked(asked, pace.now()):  # else the next one waited already: the computer had paused
                     return f"{silent}: the board was silent. Look at its power and its cables."
             except HILError:  # it gives no samples before it is cleared
                 return f"{silent}: the board was silent, or this computer paused. Look at the board's power and cables."
@@ -302,20 +302,6 @@ class Bench:
             f"The program did not show for {WATCHDOG_TIMEOUT:g} s that it was alive, so the board's watchdog expired. "
             "Close what else keeps this computer busy, and run it again."
         )
-
-    def _too_slow(self, pace: Pace) -> str:
-        return (
-            f"A sample comes every {self._sample_time * 1e3:.3g} ms, and each answer takes {pace.answer * 1e3:.3g} "
-            "ms: the controller is too slow for its sample time."
-        )
-
-    def _drop_stale(self, pace: Pace) -> None:
-        """Drop samples from before the run by reading them, for flushing has no effect on readers."""
-        stale = pace.stale() if self._sample == 0 else 0
-        if stale:
-            self.connection.fetch(np.zeros(2 * stale, dtype=np.int32), stale)
-            self._show_alive()
-            self.connection.fetch(self._counts, 1)
 
     def _taken(self, counts: list[int], samples: int = 1) -> Measurement:
         """Return the next sample from its counts, within the limits; ``samples`` after the one before."""
@@ -333,10 +319,13 @@ class Bench:
 
     def _all_here(self, pace: Pace) -> tuple[list[list[int]], int]:
         """Return the counts of the sample that has just come and of those that wait; and how many were lost before."""
-        self._drop_stale(pace)
+        if stale := pace.stale(self._sample):  # they are dropped by reading, for flushing has no effect on readers
+            self.connection.fetch(np.zeros(2 * stale, dtype=np.int32), stale)
+            self._show_alive()
+            self.connection.fetch(self._counts, 1)
         came, lost, behind = [self._counts.tolist()], 0, pace.arrived(self._sample)
         if behind and pace.too_slow and self.safety.guard is not None:  # a virtual bench may be on a busy computer
-            self._end(LimitExceeded(at(self._too_slow(pace), self.latest.time)))
+            self._end(LimitExceeded(at(pace.too_slow, self.latest.time)))
         if behind:
             self._show_alive()
         while behind:
@@ -367,30 +356,24 @@ class Bench:
         self._ending.require_none()
         supervision = self.safety.supervision
         if applied and supervision is not None and not supervision.is_driven:
-            self._require_place()
+            try:
+                self.safety.require_place(self.begun + self.latest.theta)
+            except BenchError as error:
+                self._end(error)
         if self.on_sample is not None:
             self.on_sample(self.latest, applied)
         try:
-            self.connection.write(applied)
+            try:
+                self.connection.write(applied)
+            finally:
+                if self._pace is not None:
+                    self._pace.answered()
         except HILError as error:
-            self._answered()
             self._require_alive(error)
             raise
-        self._answered()
         if supervision is not None:
             supervision.drive(applied)
         return applied
-
-    def _answered(self) -> None:
-        if self._pace is not None:
-            self._pace.answered()
-
-    def _require_place(self) -> None:
-        """End a run before its first voltage, unless the arm is known to stand within the limits."""
-        try:
-            self.safety.require_place(self.begun + self.latest.theta)
-        except BenchError as error:
-            self._end(error)
 
     def _refuse_beyond(self, voltage: float) -> None:
         """Raise where a voltage may not be cut to the limit: it is no number, or the limits have a reason."""

@@ -152,7 +152,12 @@ class Connection:
         self._board, self.task, self._is_watched = self._connect(), None, False
         self._asked = self._taken = None
         self.refused.clear()
-        self._prepare_watchdog(self._board)
+        zero = self._motor, 1, np.zeros(1)
+        try:
+            self._board.watchdog_set_analog_expiration_state(*zero)
+        except HILError:  # the watchdog of the last program may still hold the board
+            self._board.watchdog_clear()
+            self.ask("watchdog_set_analog_expiration_state", *zero)
         self._board.watchdog_clear()
         self._board.watchdog_stop()
         self.write(0.0)
@@ -167,14 +172,6 @@ class Connection:
         """Close the board."""
         board, self._board = self.board, None
         board.close()
-
-    def _prepare_watchdog(self, board: Board) -> None:
-        """Have an expired watchdog set 0 V, also where the one of the last program still holds the board."""
-        try:
-            board.watchdog_set_analog_expiration_state(self._motor, 1, np.zeros(1))
-        except HILError:
-            board.watchdog_clear()
-            self.ask("watchdog_set_analog_expiration_state", self._motor, 1, np.zeros(1))
 
     def ask(self, verb: str, *arguments: Any) -> None:
         """Ask the board for what it need not have; a refusal is noted in ``refused``, and ends nothing."""

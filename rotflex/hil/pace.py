@@ -12,7 +12,7 @@ from __future__ import annotations
 import gc
 import math
 import sys
-import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -47,16 +47,16 @@ class Pace:
     overdue : whole periods after its sample at which the last answer before this sample was written
     """
 
-    def __init__(self, period: float, clock: str, now: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(self, period: float, clock: str, now: Callable[[], float]) -> None:
         self._period, self._clock, self.now = period, clock, now
         self._begun = self._answered = now()
         self._base = math.nan  # when sample 0 was, or would have been, here at the earliest
         self._arrivals: list[float] = []
         self._numbers: list[int] = []  # of the samples that arrived then
-        self._answers: list[float] = []
+        self._answers: deque[float] = deque(maxlen=TOO_SLOW)  # s, each of the last few
         self._arrival = self._begun
         self._together = 1  # samples that the next answer is for: those that waited, and the newest
-        self._worst = 0.0
+
         self._blocked = 0  # fetches in a row, until the last one
         self._overdue = 0  # of the answer to the sample that came last
         self._held: list[list[int]] = []
@@ -66,10 +66,10 @@ class Pace:
         self.missed = 0
         self.waited = 0.0
 
-    def stale(self) -> int:
-        """Return how many samples were waiting before the first one was fetched, which has just come."""
+    def stale(self, sample: int) -> int:
+        """Return how many samples of before the run wait, where its first one, number 0, has just come."""
         waited = (self.now() - self._begun) / self._period
-        return int(waited) if waited >= _FRESH else 0
+        return int(waited) if sample == 0 and waited >= _FRESH else 0
 
     def arrived(self, sample: int) -> int:
         """Note an arrival, and return how many samples wait behind it."""
@@ -83,7 +83,6 @@ class Pace:
         behind, lateness = self._behind(sample), now - (self._base + sample * self._period)
         is_waited_for = passed == 1 and self.waited > _NEARLY * self._period
         self._base += min(lateness, (WAITED_DRIFT if is_waited_for else LARGEST_DRIFT) * passed * self._period)
-        self._worst = max(self._worst, lateness)
         self._blocked = 0
         self.overdue, self._overdue = self._overdue, 0
         return behind
@@ -95,10 +94,10 @@ class Pace:
         behind = self._behind(sample)
         return (0, behind) if self._blocked == _TWICE else (behind, 0)
 
-    def blocked(self, requested: float, arrived: float | None = None) -> bool:
-        """Return whether a sample had to be waited for from its request to its arrival, which is now unless given."""
+    def blocked(self, requested: float, arrived: float) -> bool:
+        """Return whether a sample had to be waited for from its request to its arrival."""
         least, most = _BLOCKED
-        return least < ((self.now() if arrived is None else arrived) - requested) / self._period < most
+        return least < (arrived - requested) / self._period < most
 
     def _behind(self, sample: int) -> int:
         """Return how many samples should wait behind this one, which came last, by the time."""
@@ -126,25 +125,25 @@ class Pace:
         self._answers += [took / self._together] * self._together
 
     @property
-    def too_slow(self) -> bool:
-        """Whether answers take longer than the period, time and again."""
-        return self.answer > self._period
-
-    @property
-    def answer(self) -> float:
-        """How long the last few calls of the controller took, s each; 0 after fewer."""
-        return float(np.median(self._answers[-TOO_SLOW:])) if len(self._answers) >= TOO_SLOW else 0.0
+    def too_slow(self) -> str | None:
+        """Why answers are too slow, if most of the last few took longer than the period; None if they are not."""
+        took = float(np.median(self._answers)) if len(self._answers) == TOO_SLOW else 0.0
+        if took <= self._period:
+            return None
+        return (
+            f"A sample comes every {self._period * 1e3:.3g} ms, and each answer takes {took * 1e3:.3g} ms: the "
+            "controller is too slow for its sample time."
+        )
 
     def report(self) -> dict[str, Any]:
         """Return a few numbers for a recording's metadata, times in s."""
         report: dict[str, Any] = {"clock": self._clock, "late": self.late, "missed": self.missed}
         report |= {name: noted for name, noted in ((HELD, self._held), (LOST, self._lost)) if noted}
         if len(self._arrivals) > 1:
-            report["period"] = _percentiles(np.diff(self._arrivals))
-            report["latest"] = round(self._worst, 6)
+            shares = {"p50": 50.0, "p99": 99.0, "p99.9": 99.9, "max": 100.0}
+            periods = np.diff(self._arrivals)
+            report["period"] = {name: round(float(np.percentile(periods, one)), 6) for name, one in shares.items()}
             report["drift"] = round(self._drift(), 6)
-        if self._answers:
-            report["answer"] = _percentiles(np.array(self._answers))
         return report
 
     def _drift(self) -> float:
@@ -154,11 +153,6 @@ class Pace:
             np.array(values[half:]) - values[: len(values) - half] for values in (self._arrivals, self._numbers)
         )
         return float(np.median(took / samples)) / self._period - 1
-
-
-def _percentiles(values: np.ndarray[Any, np.dtype[np.float64]]) -> dict[str, float]:
-    shares = {"p50": 50.0, "p99": 99.0, "p99.9": 99.9, "max": 100.0}
-    return {name: round(float(np.percentile(values, share)), 6) for name, share in shares.items()}
 
 
 @contextmanager

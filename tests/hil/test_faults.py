@@ -347,7 +347,6 @@ def test_after_a_pause_only_the_newest_sample_is_answered_and_the_others_are_rec
     timing = recording.metadata["timing"]
     assert timing["late"] == pytest.approx(late, abs=1)
     assert timing["missed"] == 0
-    assert timing["latest"] == pytest.approx(0.15 - SAMPLE_TIME, abs=1e-5)
     skipped = set(range(SAMPLES)) - written
     assert skipped == set(range(FAULT_AT + 1, FAULT_AT + 1 + timing["late"]))
     assert seen == pytest.approx(recording.time.tolist())  # whoever watches sees each of them, once

@@ -40,8 +40,7 @@ def test_what_is_reported():
     pace, _waiting = pace_of([0.0, 1.0, 2.0, 3.5, 4.0])
     report = pace.report()
     assert report["period"] == {"p50": 1.0, "p99": 1.485, "p99.9": 1.4985, "max": 1.5}
-    assert report["latest"] == pytest.approx(0.5, abs=0.01)
-    assert report["clock"] == "hardware" and "answer" not in report
+    assert report["clock"] == "hardware"
 
 
 def test_answers_are_too_slow_when_samples_wait_time_and_again():
@@ -52,7 +51,7 @@ def test_answers_are_too_slow_when_samples_wait_time_and_again():
         pace.arrived(sample)
         time.pass_by(3.0)
         pace.answered()
-    assert pace.too_slow and pace.answer > 1.0
+    assert "each answer takes 3e+03 ms" in pace.too_slow
 
 
 @pytest.mark.slow
