@@ -60,7 +60,7 @@ class RecordedPlant:
         if missing:
             raise RecordingError(f"The recording lacks {' and '.join(missing)}: there is nothing to replay.")
         self.recording, self.name = recording, name
-        self._theta, self._alpha = recording["theta"].tolist(), recording["alpha"].tolist()
+        self._angles = list(zip(recording["theta"].tolist(), recording["alpha"].tolist(), strict=True))
         self._elapsed = 0.0
 
     # --- as a plant -------------------------------------------------------------------------------------------------
@@ -68,17 +68,14 @@ class RecordedPlant:
     @property
     def state(self) -> State:
         """Angles between two samples lie on a straight line, of which the rates are the slopes."""
-        dt = self.recording.sample_time
-        last = len(self._theta) - 1
-        place = min(max(self._elapsed / dt, 0.0), float(last))
+        dt, last = self.recording.sample_time, len(self._angles) - 1
+        place = min(self._elapsed / dt, float(last))
         index = min(math.floor(place), last - 1)
-        part = place - index
-        angles = (self._theta, self._alpha)
-        rises = [values[index + 1] - values[index] for values in angles]
-        theta, alpha = (values[index] + part * rise for values, rise in zip(angles, rises, strict=True))
-        if place >= last:
-            return State(theta, alpha, 0.0, 0.0)
-        return State(theta, alpha, rises[0] / dt, rises[1] / dt)
+        before, after = self._angles[index : index + 2]
+        rises = [then - now for now, then in zip(before, after, strict=True)]
+        theta, alpha = (angle + (place - index) * rise for angle, rise in zip(before, rises, strict=True))
+        theta_dot, alpha_dot = (rise / dt if place < last else 0.0 for rise in rises)
+        return State(theta, alpha, theta_dot, alpha_dot)
 
     def advance(self, voltage: float, duration: float) -> State:
         """Let time pass; the voltage changes nothing."""

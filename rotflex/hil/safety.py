@@ -116,10 +116,8 @@ class Safety:
                     halt(connection, None if was_in_vain else PATIENCE)
                 finally:
                     self.outcome = connection.outcome()
-        except MotorNotStopped:
-            raise
         except BaseException as error:
-            if self.outcome is not None:
+            if self.outcome is not None and not isinstance(error, MotorNotStopped):  # which says it itself
                 note(error, self.outcome)
             raise
 
