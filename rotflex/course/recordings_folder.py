@@ -24,7 +24,7 @@ from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, TIMING, table_of
 
 FOLDER = "recordings"  #: beside the notebooks
-ADDRESS = "recorded"  #: of the bench whose plant these recordings are
+ADDRESS = "recorded"  #: of the bench in which these recordings stand in the plant's place
 MOST_RECORDINGS = 20  #: that count, of one student
 LONGEST = 60.0  #: s, of one of them
 MOST_SAMPLES = 30_001  #: of one of them: 60 s at 2 ms
@@ -91,7 +91,7 @@ class RecordingsFolder:
     # --- at the bench ---------------------------------------------------------------------------------------------
 
     def keeping(self, bench: Bench, run: int) -> Bench:
-        """A real bench, each of whose recordings is kept here as soon as it is made."""
+        """Have each recording of a real bench kept here as soon as it is made, and return the bench."""
         bench.identity["run"] = run
         limit = min(bench.safety.limits.voltage, bench.servo.V_max)
         reported = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: limit}
@@ -136,7 +136,7 @@ class RecordingsFolder:
     # --- in its place ---------------------------------------------------------------------------------------------
 
     def bench(self, run: int) -> Bench:
-        """The bench that these recordings are of: each experiment gives its own, or says that it was not recorded."""
+        """Return the bench of these recordings: each experiment gives its own, or says that it was not recorded."""
         recordings = self.recordings()
         return bench_of(recordings, run, *parts_of(recordings))
 
@@ -146,11 +146,11 @@ def _is_too_long(recording: Recording) -> bool:
 
 
 def bench_of(recordings: Sequence[Recording], run: int, servo: Servo, arm: Joint) -> Bench:
-    """The bench that recordings are of, in the order in which they were made.
+    """Return the bench that recordings are of.
 
     Parameters
     ----------
-    recordings : of one bench
+    recordings : of one bench, in the order in which they were made
     run : number of the run that is asked for
     servo, arm : the bench's parts
     """

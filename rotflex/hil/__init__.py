@@ -70,9 +70,9 @@ def open(
     Parameters
     ----------
     uri : as in the table above
-    seed, preset : for a virtual bench whose address names neither; the preset counts, where there are both
+    seed, preset : for a virtual bench, where its address names neither; the preset counts, where there are both
     draw : version of how benches are drawn from seeds
-    run : number of the run, for a virtual bench whose address names none; the same number gives the same recording
+    run : number of the run, where a virtual bench's address names none; the same number gives the same recording
     plant : a plant of one's own on a virtual bench, in place of a drawn one: parameters (with the arm of position 1 as
         what is told, and outputs at once), all that a bench is made of, or an object that has ``state`` (theta, alpha
         and their rates, rad and rad/s) and ``advance(voltage, duration)`` (V, s). Each experiment begins with a copy of

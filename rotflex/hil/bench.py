@@ -139,7 +139,7 @@ class Bench:
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         try:
             self._close()
-        except HILError as failure:  # it is shown in place of the first one, whose notes say where the samples are
+        except HILError as failure:  # it is shown in place of the first one, which says in notes where the samples are
             for text in getattr(error, "__notes__", ()) if failure is not error else ():
                 if text not in getattr(failure, "__notes__", ()):
                     failure.add_note(text)

@@ -58,7 +58,7 @@ class BandLimitedDerivative:
         self._slow: float | None = None
 
     def __call__(self, value: float) -> float:
-        """Derivative of the signal whose next sample is ``value``."""
+        """Return the derivative of a signal; ``value`` is its next sample."""
         if self._slow is None:
             self._slow = value
         difference = value - self._slow
@@ -108,7 +108,7 @@ class StateFeedback:
         self._alpha_dot.reset()
 
     def __call__(self, reference: float, theta: float, alpha: float) -> float:
-        """The voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
+        """Return the voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
         k_1, k_2, k_3, k_4 = self._gain
         return k_1 * (reference - theta) - k_2 * alpha - k_3 * self._theta_dot(theta) - k_4 * self._alpha_dot(alpha)
 
@@ -163,7 +163,7 @@ class ObserverFeedback:
         self._predicted: NDArray[np.float64] | None = None
 
     def __call__(self, reference: float, theta: float, alpha: float) -> float:
-        """The voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
+        """Return the voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
         measured = np.array([theta, alpha])[: self.L.shape[1]]
         if self._predicted is None:
             self._predicted = np.zeros(len(self.Phi))
@@ -207,7 +207,7 @@ class TwoDegreesOfFreedom:
             self._controller.reset()
 
     def __call__(self, reference: float, theta: float, alpha: float) -> float:
-        """The voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
+        """Return the voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
         voltage = float(self._controller(reference + next(self._ahead) + self._sum, theta, alpha))
         error = reference - theta
         if abs(voltage) < DAC_LIMIT or voltage * error < 0:
@@ -252,7 +252,7 @@ class PositionServo:
         self._error_dot.reset()
 
     def __call__(self, reference: float, theta: float, alpha: float) -> float:
-        """The voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
+        """Return the voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
         error = reference - theta
         return self._K_p * error + self._K_d * self._error_dot(error)
 
@@ -261,5 +261,5 @@ class OpenLoop:
     """No feedback: the reference is the voltage."""
 
     def __call__(self, reference: float, theta: float, alpha: float) -> float:
-        """The reference (V) as it is."""
+        """Return the reference (V) as it is."""
         return reference

@@ -30,7 +30,7 @@ _WHERE = (
 
 
 class QuanserBoard(Board):
-    """A board whose verbs are those of the maker's ``HIL``, which checks what they are given; its errors are ours.
+    """A board with the verbs of the maker's ``HIL``, which checks what they are given; its errors are ours.
 
     Parameters
     ----------

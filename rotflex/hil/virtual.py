@@ -87,7 +87,7 @@ class WallClock:
 
 
 class OwnPlant:
-    """A copy of a user's plant, whose state is checked: any object with ``state`` and ``advance(voltage, duration)``.
+    """A copy of a user's plant, any object with ``state`` and ``advance(voltage, duration)``; its state is checked.
 
     Raises
     ------
@@ -287,7 +287,7 @@ class VirtualBoard(Board):
     def _catch_up(self, instant: float) -> None:
         """Let the plant move until ``instant``, and take the samples that are due before.
 
-        A task in whose overflow mode time waits (``_TIME_WAITS``) takes its samples when they are fetched.
+        Where time waits, by its overflow mode (``_TIME_WAITS``), a task takes its samples when they are fetched.
         """
         if instant == self._instant:
             return
@@ -468,7 +468,7 @@ class Hand:
 
     The hand alone does not deflect the arm by more than ``most``. While the servo stands, the arm is a mass on a
     spring. A constant torque tau moves it on a circle around tau/K_s, with the coordinates alpha and alpha_dot/omega_n.
-    The largest torque whose circle stays within ``most`` is the limit in each sample. So the arm also stays within
+    The largest torque that keeps the circle within ``most`` is the limit in each sample. So the arm also stays within
     ``most`` after the hand has let go. A motor that drives can add some degrees: then ``most`` is smaller. The tests
     pull as badly as they can on many benches, and the deflection stays below 20 deg.
 
