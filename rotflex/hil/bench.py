@@ -260,15 +260,12 @@ class Bench:
             self._require_alive(error)
             raise
         self.late = []
-        if self._pace is None:
-            measured = self._taken(self._counts.tolist())
-        else:
-            came, lost = self._all_here(self._pace)
-            self._sample += lost
-            measured = self._taken(came[0], 1 + lost)
-            for counts in came[1:]:
-                self.late.append(measured)
-                measured = self._taken(counts)
+        came, lost = ([self._counts.tolist()], 0) if self._pace is None else self._all_here(self._pace)
+        self._sample += lost
+        measured = self._taken(came[0], 1 + lost)
+        for counts in came[1:]:
+            self.late.append(measured)
+            measured = self._taken(counts)
         self._show_alive()
         return measured
 

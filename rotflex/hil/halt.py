@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from rotflex.errors import BenchError, HILError, MotorNotStopped
+from rotflex.errors import BenchError, MotorNotStopped
 from rotflex.hil.connection import Connection, Outcome
 
 PATIENCE = 2.0  #: s; for so long a board is asked to take 0 V
@@ -48,7 +48,7 @@ class _Steps:
         return True
 
 
-def halt(connection: Connection, patience: float | None = PATIENCE) -> Outcome:
+def halt(connection: Connection, patience: float | None) -> None:
     """Set 0 V on the motor's output, stop the watchdog, and delete the task.
 
     Parameters
@@ -82,7 +82,7 @@ def halt(connection: Connection, patience: float | None = PATIENCE) -> Outcome:
         connection.task = None
         steps.take("task_stop", partial(board.task_stop, task))
         steps.take("task_delete", partial(board.task_delete, task))
-    return _finished(steps, connection.outcome())
+    _raise_failed(steps, connection.outcome())
 
 
 def _keep_trying(
@@ -101,8 +101,8 @@ def _keep_trying(
             time.sleep(_PAUSE)
 
 
-def _finished(steps: _Steps, outcome: Outcome) -> Outcome:
-    """Return the outcome, or raise what failed: a motor that was not stopped first, then an interrupt."""
+def _raise_failed(steps: _Steps, outcome: Outcome) -> None:
+    """Raise what failed: a motor that was not stopped first, then an interrupt."""
     trouble = next(iter(steps.failed.values()), None)
     if not outcome.at_zero:
         failure = MotorNotStopped(*(trouble.args if trouble is not None else ()))
@@ -112,7 +112,6 @@ def _finished(steps: _Steps, outcome: Outcome) -> Outcome:
     if error is not None:
         note(error, outcome)
         raise error
-    return outcome
 
 
 def note(error: BaseException, outcome: Outcome) -> None:
@@ -217,5 +216,4 @@ class Ending:
 
 def reason(error: BaseException) -> str:
     """Return why a run ended, for a recording."""
-    text = error.get_error_message() if isinstance(error, HILError) else str(error)
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__

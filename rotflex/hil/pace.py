@@ -49,21 +49,17 @@ class Pace:
 
     def __init__(self, period: float, clock: str, now: Callable[[], float]) -> None:
         self._period, self._clock, self.now = period, clock, now
-        self._begun = self._answered = now()
+        self._begun = self._arrival = self._answered = now()
         self._base = math.nan  # when sample 0 was, or would have been, here at the earliest
         self._arrivals: list[float] = []
         self._numbers: list[int] = []  # of the samples that arrived then
         self._answers: deque[float] = deque(maxlen=TOO_SLOW)  # s, each of the last few
-        self._arrival = self._begun
         self._together = 1  # samples that the next answer is for: those that waited, and the newest
-
         self._blocked = 0  # fetches in a row, until the last one
         self._overdue = 0  # of the answer to the sample that came last
         self._held: list[list[int]] = []
         self._lost: list[list[int]] = []
-        self.overdue = 0
-        self.late = 0
-        self.missed = 0
+        self.overdue = self.late = self.missed = 0
         self.waited = 0.0
 
     def stale(self, sample: int) -> int:
