@@ -185,10 +185,11 @@ def _sample(
             _hold(vm, index, newest, bench.overdue)
             came = [*bench.late, *came]
             came = [*_bridge(signals, index, newest + 1 - len(came), came[0]), *came]
-        for sample, measured in enumerate(came[: targets.size - index], index):  # the last may come after the end
+            came = came[: targets.size - index]  # the last may come after the end
+        for sample, measured in enumerate(came, index):
             _time, theta[sample], alpha[sample] = measured
             answer = controller(commands[sample], measured.theta, measured.alpha)
-            if newest - len(bench.late) <= sample < newest and bench.on_sample is not None:
+            if sample < newest and measured in bench.late and bench.on_sample is not None:
                 bench.on_sample(measured, float(vm[sample]))
         if newest < targets.size:
             vm[newest] = bench.write(answer)

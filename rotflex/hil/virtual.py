@@ -334,9 +334,9 @@ class VirtualBoard(Board):
     def _values(self, task: Task) -> Values:
         """Return what the channels of a task read now."""
         return (
-            list(map(self._volts, task.analog)),
+            [self._volts(channel) for channel in task.analog] if task.analog else (),
             list(map(self._counted, task.encoders)),
-            [self._digital[channel] for channel in task.digital],
+            [self._digital[channel] for channel in task.digital] if task.digital else (),
         )
 
     # Immediate input and output ---------------------------------------------------------------------------------
