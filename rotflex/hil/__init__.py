@@ -132,52 +132,39 @@ def _virtual(
     options = drivers.options(uri, query, _OPTIONS, "virtual:?seed=7")
     clock = one_of("clock", options.get("clock", "simulated"), _CLOCKS)
     fitted = servo or srv02(encoder=options.get("encoder", "E"))
+    name, position = options.get("preset", None if "seed" in options else preset), options.get("arm_position")
+    about: dict[str, Any]
     if plant is not None:
         drawn = {name: options.get(name) for name in ("seed", "preset", "arm_position")}
         _refuse(uri, drawn, _OWN_PARAMETERS)
-    if plant is not None and not isinstance(plant, VirtualPlantSpec | PlantParameters):
+    if isinstance(plant, VirtualPlantSpec | PlantParameters):
+        spec = plant if isinstance(plant, VirtualPlantSpec) else VirtualPlantSpec(joint(1), plant)
+        about = {"plant": {**asdict(spec.parameters), "delay": spec.timing.delay}}
+    elif plant is not None:
         OwnPlant(plant)  # what is wrong with it is said now
         _refuse(uri, {"run": options.get("run")}, _OWN_PARAMETERS)
-        arm = joint(1)
-        about: dict[str, Any] = {"plant": type(plant).__name__}
-
-        def connect() -> VirtualBoard:
-            return VirtualBoard(OwnPlant(plant), fitted, clock=_CLOCKS[clock]())
-    else:
-        spec, about = _spec(uri, options, seed, preset, draw, plant)
-        number = _integer("run", options.get("run", run))
-        spec = spec.run(number)
-        arm = spec.joint
-        about |= {"run": number, "arm_position": arm.arm_position}
-
-        def connect() -> VirtualBoard:
-            return VirtualBoard(spec.parameters, fitted, clock=_CLOCKS[clock](), timing=spec.timing)
-
-    identity = {"uri": uri, **about, "encoder": fitted.encoder, "clock": clock}
-    return Bench(Connection(connect, fitted, virtual=True), fitted, arm, identity)
-
-
-def _spec(
-    uri: str,
-    options: Mapping[str, str],
-    seed: int | None,
-    preset: str | None,
-    draw: int,
-    plant: VirtualPlantSpec | PlantParameters | None,
-) -> tuple[VirtualPlantSpec, dict[str, Any]]:
-    """Return what a virtual bench is made of, and how it is known."""
-    name = options.get("preset", None if "seed" in options else preset)
-    if plant is not None:
-        spec = VirtualPlantSpec(joint(1), plant) if isinstance(plant, PlantParameters) else plant
-        return spec, {"plant": {**asdict(spec.parameters), "delay": spec.timing.delay}}
-    if name is not None:
-        if "seed" in options or "arm_position" in options:
+        identity = {"uri": uri, "plant": type(plant).__name__, "encoder": fitted.encoder, "clock": clock}
+        connection = Connection(
+            lambda: VirtualBoard(OwnPlant(plant), fitted, clock=_CLOCKS[clock]()), fitted, virtual=True
+        )
+        return Bench(connection, fitted, joint(1), identity)
+    elif name is not None:
+        if "seed" in options or position is not None:
             raise BenchError(f"The address {uri!r} names a preset and a draw; a preset has its own parameters.")
-        return named_bench(name), {"preset": name}
-    chosen = _integer("seed", options.get("seed", seed if seed is not None else 0))
-    position = options.get("arm_position")
-    spec = student_bench(chosen, None if position is None else _integer("arm_position", position), draw)
-    return spec, {"seed": chosen, "draw": draw}
+        spec, about = named_bench(name), {"preset": name}
+    else:
+        chosen = _integer("seed", options.get("seed", seed or 0))
+        spec = student_bench(chosen, None if position is None else _integer("arm_position", position), draw)
+        about = {"seed": chosen, "draw": draw}
+    number = _integer("run", options.get("run", run))
+    spec = spec.run(number)
+    about |= {"run": number, "arm_position": spec.joint.arm_position}
+    identity = {"uri": uri, **about, "encoder": fitted.encoder, "clock": clock}
+
+    def connect() -> VirtualBoard:
+        return VirtualBoard(spec.parameters, fitted, clock=_CLOCKS[clock](), timing=spec.timing)
+
+    return Bench(Connection(connect, fitted, virtual=True), fitted, spec.joint, identity)
 
 
 def _refuse(uri: str, given: Mapping[str, object], why: str) -> None:

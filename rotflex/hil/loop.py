@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rotflex import __version__
 from rotflex.controller import Controller, begun, name_of
@@ -24,6 +24,7 @@ from rotflex.hil.pace import undisturbed
 from rotflex.hil.recorder import Stored, broken_off, pushed
 from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
+from rotflex.units import Array, Vector
 
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
@@ -81,13 +82,7 @@ def run(
     return _recording(bench, described, torque, **channels, theta=theta, alpha=alpha, vm=vm)
 
 
-def listen(
-    bench: Bench,
-    samples: int,
-    sample_time: float = 0.002,
-    metadata: Mapping[str, Any] | None = None,
-    progress: bool = True,
-) -> Recording:
+def listen(bench: Bench, samples: int, sample_time: float, metadata: Mapping[str, Any], progress: bool) -> Recording:
     """Record the angles at 0 V; of a replay at most what it holds, with the voltage that was recorded.
 
     Parameters
@@ -101,7 +96,7 @@ def listen(
     Recording
         theta, alpha (rad), and vm (V) unless a replayed recording has none.
     """
-    volts: NDArray[np.float64] | None = np.zeros(samples)
+    volts: Vector | None = np.zeros(samples)
     if bench.connection.recorded is not None:
         samples = min(samples, bench.connection.recorded.samples(sample_time))
         volts = bench.connection.recorded.voltage(samples, sample_time)
@@ -112,9 +107,7 @@ def listen(
     return _recording(bench, described, torque, theta=theta, alpha=alpha, **channels)
 
 
-def _sampled(
-    bench: Bench, controller: Controller, targets: NDArray[np.float64], described: dict[str, Any], progress: bool
-) -> NDArray[np.float64]:
+def _sampled(bench: Bench, controller: Controller, targets: Vector, described: dict[str, Any], progress: bool) -> Array:
     """Return theta, alpha, vm and the torque on the link (4, n) of a run; a replay begins at its beginning."""
     bench.recorder.forget()
     checked = begun(controller)
@@ -145,7 +138,7 @@ def _sampled(
     return stored.delete()
 
 
-def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64], described: dict[str, Any]) -> None:
+def _break_off(bench: Bench, error: BaseException, signals: Array, described: dict[str, Any]) -> None:
     """Set 0 V, and save what was recorded, whatever fails on the way."""
     raised = error
     try:
@@ -165,13 +158,7 @@ def _break_off(bench: Bench, error: BaseException, signals: NDArray[np.float64],
         raise raised
 
 
-def _sample(
-    bench: Bench,
-    controller: Controller,
-    targets: NDArray[np.float64],
-    coming: Iterable[int],
-    signals: NDArray[np.float64],
-) -> None:
+def _sample(bench: Bench, controller: Controller, targets: Vector, coming: Iterable[int], signals: Array) -> None:
     """Record each sample, and answer the newest; the controller sees those that came late or were lost, too."""
     theta, alpha, vm, torque = signals
     commands = targets.tolist()
@@ -196,7 +183,7 @@ def _sample(
             torque[newest] = bench.push()
 
 
-def _hold(vm: NDArray[np.float64], index: int, newest: int, overdue: int) -> None:
+def _hold(vm: Vector, index: int, newest: int, overdue: int) -> None:
     """Note the voltage that the motor had from a sample to the newest one: the last answer, once it was written."""
     held = float(vm[index - 1]) if index else 0.0
     vm[index:newest] = held
@@ -204,7 +191,7 @@ def _hold(vm: NDArray[np.float64], index: int, newest: int, overdue: int) -> Non
         vm[index - 1 : min(index - 1 + overdue, newest)] = vm[index - 2] if index > 1 else 0.0
 
 
-def _bridge(signals: NDArray[np.float64], index: int, first: int, came: Measurement) -> list[Measurement]:
+def _bridge(signals: Array, index: int, first: int, came: Measurement) -> list[Measurement]:
     """Return measurements for the lost samples ``index`` to ``first`` - 1: a line between their neighbours.
 
     The controller gets them, too. Else its derivatives would see the motion of several samples within one.
@@ -214,16 +201,14 @@ def _bridge(signals: NDArray[np.float64], index: int, first: int, came: Measurem
     return [Measurement(np.nan, *(before + part * (np.array(came[1:]) - before)).tolist()) for part in parts]
 
 
-def _note_last(bench: Bench, signals: NDArray[np.float64]) -> None:
+def _note_last(bench: Bench, signals: Array) -> None:
     """Note the samples that ended a run, which nobody answered any more."""
     for sample, (_time, *angles) in enumerate([*bench.late, bench.latest], bench.sample - len(bench.late)):
         if 0 <= sample < signals.shape[1] and np.isnan(signals[0, sample]):
             signals[:2, sample] = angles
 
 
-def _recording(
-    bench: Bench, described: dict[str, Any], torque: NDArray[np.float64], **channels: NDArray[np.float64]
-) -> Recording:
+def _recording(bench: Bench, described: dict[str, Any], torque: Vector, **channels: Vector) -> Recording:
     """Return the recording of a whole run; it says how steadily samples came, on a replay as its own recording does."""
     samples, sample_time, recorded = torque.size, described["sample_time"], bench.connection.recorded
     timing = bench.timing if recorded is None else recorded.timing(samples, sample_time)

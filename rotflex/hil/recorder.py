@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rotflex import files
 from rotflex.errors import RecordingError
 from rotflex.hil.connection import Outcome
 from rotflex.recording import PUSHED, Channel, Recording
+from rotflex.units import Array, Vector
 
 
 class Recorder:
@@ -109,7 +109,7 @@ class Stored:
                 f"{files.SETTINGS_VARIABLE}, and start again."
             ) from None
 
-    def delete(self) -> NDArray[np.float64]:
+    def delete(self) -> Array:
         """Delete the file, and return the signals in memory."""
         if self._path is not None:
             self.signals = np.array(self.signals)  # on Windows a file that is mapped cannot be deleted
@@ -142,9 +142,7 @@ def _delete(path: Path) -> None:
             file.unlink(missing_ok=True)
 
 
-def broken_off(
-    signals: NDArray[np.float64], described: Mapping[str, Any], outcome: Outcome | None = None
-) -> Recording | None:
+def broken_off(signals: Array, described: Mapping[str, Any], outcome: Outcome | None = None) -> Recording | None:
     """Return the recording of the samples that there are; None for fewer than two.
 
     What was missed in between lies on the line between its neighbours. The last samples, which were not answered any
@@ -167,7 +165,7 @@ def broken_off(
     return pushed(recording, np.nan_to_num(torques[0])) if torques else recording  # an older program left no torque
 
 
-def pushed(recording: Recording, torque: NDArray[np.float64]) -> Recording:
+def pushed(recording: Recording, torque: Vector) -> Recording:
     """Return a recording with the torque (n,) that pushed the link, N·m; as it is, if there was none."""
     torque = np.nan_to_num(torque)  # samples that came late have none
     if not torque.any():
