@@ -22,7 +22,7 @@ import numpy as np
 
 from rotflex import hil
 from rotflex.config import joint, srv02
-from rotflex.hil.bench import Bench, Safety
+from rotflex.hil.bench import Bench, Connection, Recorder, Safety
 from rotflex.hil.board import Board
 from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.guard import Guard
@@ -56,13 +56,9 @@ def cost(samples: int = SAMPLES) -> float:
     taken = []
     for _repeat in range(REPEATS):
         with tempfile.TemporaryDirectory() as folder:
-            bench = Bench(
-                lambda: cast(Board, NullBoard()),
-                srv02(),
-                joint(1),
-                {"uri": "null", "clock": "wall"},
-                safety=Safety(guard=Guard(srv02()), folder=Path(folder)),
-            )
+            connection, safety = Connection(lambda: cast(Board, NullBoard()), srv02()), Safety(guard=Guard(srv02()))
+            identity = {"uri": "null", "clock": "wall"}
+            bench = Bench(connection, srv02(), joint(1), identity, safety, Recorder(Path(folder)))
             with bench:
                 started = time.process_time()
                 run(bench, StateFeedback(GAIN), np.zeros(samples), progress=False)
