@@ -203,9 +203,8 @@ def _moved(work: Work, bench: Bench, which: int, what: str, ask: str) -> int:
 def full_turn_and_zero(work: Work, bench: Bench) -> None:
     """Count a full turn of the servo, which tells the encoder; then set the place where theta is zero."""
     begin = bench.connection.counts()[0]
-    for _each in work.dialogue.turning(
-        "Turn the servo slowly by exactly one full turn, mark to mark, counter-clockwise."
-    ):
+    ask = "Turn the servo slowly by exactly one full turn, mark to mark, counter-clockwise."
+    for _each in work.dialogue.turning(ask):
         pass
     turned = abs(bench.connection.counts()[0] - begin)
     nearest = min(ENCODERS, key=lambda name: abs(math.log(max(turned, 1) / ENCODERS[name])))

@@ -180,10 +180,8 @@ def evidence(beside: Path) -> dict[str, Any]:
     A graded run calls it inside the sandbox, before any cell of the student's runs.
     """
     found, left_out = RecordingsFolder(beside).load()
-    return {
-        "recordings": [{"file": name, **_plain(one)} for name, one in found.items()],
-        "left_out": left_out[:MOST_RECORDINGS],
-    }
+    recordings = [{"file": name, **_plain(one)} for name, one in found.items()]
+    return {"recordings": recordings, "left_out": left_out[:MOST_RECORDINGS]}
 
 
 def _plain(recording: Recording) -> dict[str, Any]:

@@ -44,18 +44,7 @@ _REST, _REST_TRIES = 0.1, 20  # s without a count, after which the servo is at r
 #: What pushes the arm of a virtual bench: (the sample that was just taken, the plant) → torque on the link, N·m.
 Push = Callable[[Measurement, Plant], float]
 
-__all__ = [
-    "WATCHDOG_TIMEOUT",
-    "Bench",
-    "Connection",
-    "Limits",
-    "Mark",
-    "Measurement",
-    "Outcome",
-    "Recorder",
-    "Safety",
-    "Wiring",
-]
+__all__ = ["Bench", "Connection", "Limits", "Mark", "Measurement", "Outcome", "Recorder", "Safety", "Wiring"]
 
 
 class Bench:
@@ -302,11 +291,9 @@ class Bench:
 
     def _taken(self, counts: list[int], samples: int = 1) -> Measurement:
         """Return the next sample from its counts, within the limits; ``samples`` after the one before."""
-        servo, link = counts
-        theta = (servo - self._begun[0]) * self.connection.K_theta
-        measured = Measurement(
-            self._sample * self._sample_time, theta, (link - self._begun[1]) * self.connection.K_alpha
-        )
+        theta = (counts[0] - self._begun[0]) * self.connection.K_theta
+        alpha = (counts[1] - self._begun[1]) * self.connection.K_alpha
+        measured = Measurement(self._sample * self._sample_time, theta, alpha)
         self._sample += 1
         self.latest = measured
         if self.safety.supervision is not None and (why := self.safety.supervision.see(measured, samples)):

@@ -145,11 +145,9 @@ class RecordedPlant:
         if _is_same(recorded, apart):
             return recorded
         worst = int(np.argmax(apart))
-        raise self._refused(
-            requested,
-            f"this would set {volts[worst]:.2f} V at t = {worst * self.recording.sample_time:.3f} s, where "
-            f"{recorded[worst]:.2f} V were recorded",
-        )
+        time, ours, theirs = worst * self.recording.sample_time, volts[worst], recorded[worst]
+        why = f"this would set {ours:.2f} V at t = {time:.3f} s, where {theirs:.2f} V were recorded"
+        raise self._refused(requested, why)
 
     def _refused(self, requested: str, why: str) -> BenchError:
         held = self.recording.metadata.get("experiment", "a run that does not say which")

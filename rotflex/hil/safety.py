@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import uuid
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rotflex import files
@@ -75,6 +76,7 @@ class Mark:
         files.write(self._path, json.dumps({"counts": counts, "zero": self.zero, "set_by": self._set_by}) + "\n")
 
 
+@dataclass
 class Safety:
     """What a bench has that can come to harm, and what became of its motor.
 
@@ -88,18 +90,15 @@ class Safety:
     Attributes
     ----------
     outcome : what is known of the motor since the bench was stopped last; None before
+    supervision : of the last run; None before
     """
 
-    def __init__(
-        self,
-        limits: Limits | None = None,
-        guard: Guard | None = None,
-        commissioned: Callable[[], str | None] | None = None,
-        mark: Mark | None = None,
-    ) -> None:
-        self.limits, self.guard, self.commissioned, self.mark = limits or Limits(), guard, commissioned, mark
-        self.outcome: Outcome | None = None
-        self.supervision: Supervision | None = None  # of a run
+    limits: Limits = field(default_factory=Limits)
+    guard: Guard | None = None
+    commissioned: Callable[[], str | None] | None = None
+    mark: Mark | None = None
+    outcome: Outcome | None = field(default=None, init=False)
+    supervision: Supervision | None = field(default=None, init=False)
 
     def halt(self, connection: Connection) -> None:
         """Set 0 V, and take no more samples.

@@ -27,7 +27,8 @@ from rotflex import experiments
 from rotflex.config import one_of
 from rotflex.course.practice import Practice
 from rotflex.errors import BenchError
-from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench
+from rotflex.hil.bench import Bench
+from rotflex.hil.board import WATCHDOG_TIMEOUT
 from rotflex.hil.virtual import DRIVING, STANDING, Hand
 from rotflex.recording import Recording
 from rotflex.simulation import with_actuator

@@ -16,8 +16,8 @@ from rotflex import hil
 from rotflex.config import joint, srv02
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded
 from rotflex.hil import halt
-from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Connection, Limits, Safety, Wiring
-from rotflex.hil.board import BufferOverflowMode, Clock
+from rotflex.hil.bench import Bench, Connection, Limits, Safety, Wiring
+from rotflex.hil.board import WATCHDOG_TIMEOUT, BufferOverflowMode, Clock
 from rotflex.plant import State
 from rotflex.units import DEG
 
@@ -39,7 +39,7 @@ def left_at_7_V(board) -> FaultBoard:
 
 def bench_of(board: FaultBoard, identity: Any = None, cable_gain: int = 1, **choices: Any) -> Bench:
     identity = identity or {"uri": "test", "clock": "simulated"}
-    servo, safety = srv02(cable_gain=cable_gain), choices.pop("safety", Safety(choices.pop("limits", None)))
+    servo, safety = srv02(cable_gain=cable_gain), choices.pop("safety", Safety(choices.pop("limits", Limits())))
     return Bench(Connection(lambda: board, servo, **choices), servo, joint(1), identity, safety)
 
 

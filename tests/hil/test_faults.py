@@ -20,7 +20,8 @@ import pytest
 from fault_board import FAULT_AT, FOR_GOOD, SAMPLE_TIME, FaultBoard, bench_of, counts_of, failing
 
 from rotflex.errors import BenchError, DesignError, HILError, LimitExceeded, MotorNotStopped, RunStopped
-from rotflex.hil.bench import WATCHDOG_TIMEOUT, Bench, Limits, Outcome, Wiring
+from rotflex.hil.bench import Bench, Limits, Outcome, Wiring
+from rotflex.hil.board import WATCHDOG_TIMEOUT
 from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.loop import run
 from rotflex.recording import Recording
