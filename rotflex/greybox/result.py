@@ -20,7 +20,7 @@ from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.guard import Limits
 from rotflex.hil.loop import run as run_loop
-from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec, scaled
+from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec, with_friction
 from rotflex.hil.virtual import Timing
 from rotflex.identification import Estimate
 from rotflex.plant import PlantParameters
@@ -271,13 +271,7 @@ class FitResult:
 
 def _changed(fit: FitResult, servo: float, link: float, omega_n: float, delay: float) -> VirtualPlantSpec:
     """Return the fitted bench with friction times factors, and with another omega_n (relative) and delay (s)."""
-    was = fit.parameters
-    plant = replace(
-        was,
-        servo_friction=scaled(was.servo_friction, servo),
-        link_friction=scaled(was.link_friction, link),
-        K_s=was.K_s * (1 + omega_n) ** 2,
-    )
+    plant = replace(with_friction(fit.parameters, servo, link), K_s=fit.parameters.K_s * (1 + omega_n) ** 2)
     return VirtualPlantSpec(fit.joint, plant, Timing(delay=max(fit.delay + delay, 0.0)))
 
 

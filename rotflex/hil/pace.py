@@ -144,11 +144,10 @@ class Pace:
 
     def _drift(self) -> float:
         """Return by how much of the time the board's clock is slower than the computer's, late arrivals left out."""
-        half = len(self._arrivals) // 2
-        took, samples = (
-            np.array(values[half:]) - values[: len(values) - half] for values in (self._arrivals, self._numbers)
-        )
-        return float(np.median(took / samples)) / self._period - 1
+        times, numbers = np.array(self._arrivals), np.array(self._numbers)
+        half = times.size // 2
+        took = (times[half:] - times[:-half]) / (numbers[half:] - numbers[:-half])
+        return float(np.median(took)) / self._period - 1
 
 
 @contextmanager

@@ -67,18 +67,15 @@ class VirtualPlantSpec:
             servo, link = 1 + draw.uniform(-RUN_FRICTION, RUN_FRICTION, 2)
         else:
             servo, link = self.run_factor ** draw.uniform(-1, 1, 2)
-        before = self.parameters
-        changed = replace(
-            before,
-            servo_friction=scaled(before.servo_friction, servo),
-            link_friction=scaled(before.link_friction, link),
-        )
+        changed = with_friction(self.parameters, float(servo), float(link))
         return replace(self, parameters=changed, timing=replace(self.timing, seed=int(draw.integers(2**32))))
 
 
-def scaled(friction: tuple[float, float], factor: float) -> tuple[float, float]:
-    """Return friction of both directions times a factor."""
-    return friction[0] * float(factor), friction[1] * float(factor)
+def with_friction(plant: PlantParameters, servo: float, link: float) -> PlantParameters:
+    """Return a plant with the friction of servo and link, of both directions, times a factor each."""
+    (plus, minus), (link_plus, link_minus) = plant.servo_friction, plant.link_friction
+    link_friction = link_plus * link, link_minus * link
+    return replace(plant, servo_friction=(plus * servo, minus * servo), link_friction=link_friction)
 
 
 def student_seed(student: str) -> int:

@@ -12,7 +12,7 @@ from rotflex.errors import IdentificationError
 from rotflex.greybox import Band, fit
 from rotflex.greybox import result as results
 from rotflex.hil.controllers import OpenLoop, StateFeedback
-from rotflex.hil.student_benches import scaled, student_bench
+from rotflex.hil.student_benches import student_bench, with_friction
 from rotflex.identification import Estimate
 from rotflex.recording import Recording
 from rotflex.units import DEG
@@ -128,8 +128,7 @@ def run_of(spec, reference):
 
 def rubbing(factor):
     """The bench with friction times a factor."""
-    parameters = replace(SPEC.parameters, servo_friction=scaled(SPEC.parameters.servo_friction, factor))
-    return replace(SPEC, parameters=parameters)
+    return replace(SPEC, parameters=with_friction(SPEC.parameters, factor, 1.0))
 
 
 @pytest.mark.slow
