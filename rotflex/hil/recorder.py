@@ -10,7 +10,7 @@ import re
 import sys
 import uuid
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -170,8 +170,7 @@ def pushed(recording: Recording, torque: Vector) -> Recording:
     torque = np.nan_to_num(torque)  # samples that came late have none
     if not torque.any():
         return recording
-    channels = {**recording.channels, PUSHED: Channel(torque, "N·m")}
-    return Recording(recording.time, channels, recording.metadata)
+    return replace(recording, channels={**recording.channels, PUSHED: Channel(torque, "N·m")})
 
 
 def file_stem(recording: Recording) -> str:
