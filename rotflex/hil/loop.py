@@ -9,6 +9,7 @@ too.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -116,7 +117,7 @@ def _sampled(bench: Bench, controller: Controller, targets: Vector, described: d
         bench.connection.recorded.rewind()
     # Whatever takes its time is done before the first sample: a bar, for one, that is imported, and rubbish.
     coming = with_progress(range(targets.size), "experiment", "sample", progress)
-    with bench.running, undisturbed(not bench.is_simulated):
+    with bench.running, nullcontext() if bench.is_simulated else undisturbed():
         try:
             bench.start(described["sample_time"])
             if type(controller) is not OpenLoop:  # now it is known what the board refuses

@@ -151,11 +151,8 @@ class Pace:
 
 
 @contextmanager
-def undisturbed(needed: bool) -> Iterator[None]:
+def undisturbed() -> Iterator[None]:
     """Prevent pauses of Python's own: rubbish is collected before and not during, and threads take short turns."""
-    if not needed:
-        yield
-        return
     collecting, switching = gc.isenabled(), sys.getswitchinterval()
     gc.collect()
     gc.disable()

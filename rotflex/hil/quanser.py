@@ -6,6 +6,7 @@ is imported only when such a board is opened.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib
 import os
@@ -58,10 +59,9 @@ class QuanserBoard(Board):
 
     def serial_number(self) -> str:
         """Return the board's serial number; empty where it has none."""
-        try:
+        with contextlib.suppress(Exception):  # whatever fails: no run depends on it
             return str(self._card.get_string_property(self._hardware.StringProperty.SERIAL_NUMBER, 64)).strip("\0 ")
-        except Exception:  # whatever fails: no run depends on it
-            return ""
+        return ""
 
     def close(self) -> None:
         """Close the board; a second call does nothing."""
@@ -140,17 +140,11 @@ def _translated(verb: str, call: Callable[..., Any], failure: type[Exception]) -
         try:
             return call(*arguments)
         except failure as error:
-            raise HILError(f"The board failed at {verb}{_text(error)} (error {error}).") from error
+            text = ""
+            with contextlib.suppress(Exception):  # one that has no text raises then; its number is in the message
+                text = str(error.get_error_message()).strip().rstrip(".")  # type: ignore[attr-defined]
+            raise HILError(f"The board failed at {verb}{': ' if text else ''}{text} (error {error}).") from error
         except _UNFIT as error:
             raise HILError(f"The board cannot take these arguments at {verb}: {error}") from error
 
     return translated
-
-
-def _text(error: Any) -> str:
-    """Return the text of one of the maker's errors after a colon; empty where it has none, for then asking raises."""
-    try:
-        text = str(error.get_error_message()).strip().rstrip(".")
-    except Exception:  # its number is reported anyway
-        return ""
-    return f": {text}" if text else ""
