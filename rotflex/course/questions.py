@@ -6,7 +6,7 @@ so none here.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -63,15 +63,22 @@ def _pushed(given: Recording) -> str | None:
 recording = partial(parts.recording, units=UNITS, unfit=_pushed)
 
 
-def _asked(question: str, title: str, *asked: Part, codes: str = "") -> Question:
-    """A question without its place; its codes, in the workbook's order, are those of its parts unless given."""
-    outcomes = codes.split() or [part.outcome for part in asked if part.outcome]
-    return Question(question, "", "", title, tuple(dict.fromkeys(outcomes)), asked)
+# Both take a heading, and return a function of what stands below it: _asked("2.13", "The model in code")(part, ...).
 
 
-def _section(section: str, notebook: str, *questions: Question) -> tuple[Question, ...]:
-    """Questions in their section of the workbook, and their notebook."""
-    return tuple(replace(question, section=section, notebook=notebook) for question in questions)
+def _section(section: str, notebook: str) -> Callable[..., tuple[Question, ...]]:
+    """Begin a section of the workbook, and its notebook; its questions follow."""
+    return lambda *questions: tuple(replace(question, section=section, notebook=notebook) for question in questions)
+
+
+def _asked(number: str, title: str, codes: str = "") -> Callable[..., Question]:
+    """Begin a question; its parts follow. Its codes, in the workbook's order, are those of the parts unless given."""
+
+    def question(*asked: Part) -> Question:
+        outcomes = codes.split() or [part.outcome for part in asked if part.outcome]
+        return Question(number, "", "", title, tuple(dict.fromkeys(outcomes)), asked)
+
+    return question
 
 
 # --- Section 2: the model, the stiffness, the validation --------------------------------------------------------------
@@ -96,27 +103,19 @@ _STATE_SPACE = (
 )
 _RESOLUTION = "By what angle of the load shaft do two neighbouring encoder counts differ?"
 
-WARM_UP = _section(
-    "4",
-    "00_start",
-    _asked("0.1", "Resolution of the encoder", number("resolution", "rad", (2e-4, 1e-2), "", _RESOLUTION, points=0)),
+WARM_UP = _section("4", "00_start")(
+    _asked("0.1", "Resolution of the encoder")(number("resolution", "rad", (2e-4, 1e-2), "", _RESOLUTION, points=0)),
 )
 MODELING = (
-    *_section(
-        "2.2",
-        "01_modeling_prelab",
-        _asked(
-            "2.1",
-            "Potential energy",
+    *_section("2.2", "01_modeling_prelab")(
+        _asked("2.1", "Potential energy")(
             expression("V", _ENERGY, "A-2", "The energy stored in the flexible joint when the link is deflected."),
         ),
-        _asked(
-            "2.2", "Kinetic energy", expression("T", _ENERGY, "A-2", "The kinetic energy of servo and link together.")
+        _asked("2.2", "Kinetic energy")(
+            expression("T", _ENERGY, "A-2", "The kinetic energy of servo and link together."),
         ),
-        _asked("2.3", "Lagrangian", expression("L", _ENERGY, "A-2", "The Lagrangian of the system.", points=1)),
-        _asked(
-            "2.4",
-            "Equation of motion of the servo",
+        _asked("2.3", "Lagrangian")(expression("L", _ENERGY, "A-2", "The Lagrangian of the system.", points=1)),
+        _asked("2.4", "Equation of motion of the servo")(
             prose("strategy", "A-1", "How do you get from the Lagrangian to this equation of motion?"),
             Part(
                 "equation",
@@ -127,22 +126,16 @@ MODELING = (
                 symbols=_MOTION,
             ),
         ),
-        _asked(
-            "2.5",
-            "Equation of motion of the link",
+        _asked("2.5", "Equation of motion of the link")(
             prose("strategy", "A-1", "What differs from the derivation for the servo, and what stays the same?"),
             Part("equation", "equation", 2, "The Euler-Lagrange equation of alpha.", "A-2", symbols=_MOTION),
         ),
-        _asked(
-            "2.6",
-            "Angular accelerations",
+        _asked("2.6", "Angular accelerations")(
             prose("strategy", "A-1", "How do you separate the two accelerations?"),
             expression("theta_ddot", _ACCELERATION, "A-2", _DDOT.format("servo angle"), points=1),
             expression("alpha_ddot", _ACCELERATION, "A-2", _DDOT.format("deflection"), points=1),
         ),
-        _asked(
-            "2.7",
-            "State-space matrices",
+        _asked("2.7", "State-space matrices")(
             prose("strategy", "A-1", "How do the accelerations become rows of A and B?"),
             Part(
                 "A",
@@ -155,9 +148,7 @@ MODELING = (
             ),
             Part("B", "symbolic_matrix", 1, "B, for the torque as input.", "A-2", shape=(4, 1), symbols=_UNDAMPED_LINK),
         ),
-        _asked(
-            "2.8",
-            "Inertia of the link",
+        _asked("2.8", "Inertia of the link")(
             prose("strategy", "A-1", "Which theorems give the inertia of two arms about one pivot?"),
             expression(
                 "J_l",
@@ -167,12 +158,8 @@ MODELING = (
             ),
         ),
     ),
-    *_section(
-        "2.3.1",
-        "02_finding_stiffness",
-        _asked(
-            "2.9",
-            "Response to the sweep",
+    *_section("2.3.1", "02_finding_stiffness")(
+        _asked("2.9", "Response to the sweep")(
             recording(
                 "sweep",
                 {"experiment": "sweep"},
@@ -183,21 +170,15 @@ MODELING = (
             ),
             figure("figure", "K-2", "The deflection of the link over time."),
         ),
-        _asked(
-            "2.10",
-            "Amplitude spectrum",
+        _asked("2.10", "Amplitude spectrum")(
             function("spectrum", COMPOUND_SINES, "K-3", _SPECTRUM),
             figure("figure", "K-3", "The spectrum of the deflection, up to 10 Hz."),
         ),
-        _asked(
-            "2.11",
-            "Natural frequency",
+        _asked("2.11", "Natural frequency")(
             number("omega_n", "rad/s", (8.0, 60.0), "B-7", "The natural frequency of the link.", points=2),
             prose("explanation", "B-7", _MISLEADS),
         ),
-        _asked(
-            "2.12",
-            "Stiffness of the joint",
+        _asked("2.12", "Stiffness of the joint")(
             number(
                 "J_l",
                 "kg·m²",
@@ -208,21 +189,15 @@ MODELING = (
             number("K_s", "N·m/rad", (0.2, 10.0), "B-7", "The stiffness of the joint.", points=2),
         ),
     ),
-    *_section(
-        "2.3.2",
-        "03_model_validation",
-        _asked("2.13", "The model in code", function("state_space", PLANT_PARAMETERS, "K-3", _STATE_SPACE)),
-        _asked(
-            "2.14",
-            "The model in numbers",
+    *_section("2.3.2", "03_model_validation")(
+        _asked("2.13", "The model in code")(function("state_space", PLANT_PARAMETERS, "K-3", _STATE_SPACE)),
+        _asked("2.14", "The model in numbers")(
             matrix("A", (4, 4), "B-5", "A with your stiffness and inertia, torque as input."),
             matrix("B", (4, 1), "B-5", "B, torque as input.", points=0.5),
             matrix("C", (2, 4), "B-5", "C, for the outputs theta and alpha.", points=0.25),
             matrix("D", (2, 1), "B-5", "D.", points=0.25),
         ),
-        _asked(
-            "2.15",
-            "Model and bench side by side",
+        _asked("2.15", "Model and bench side by side")(
             recording(
                 "validation",
                 {"experiment": "validation"},
@@ -232,19 +207,13 @@ MODELING = (
             ),
             figure("figure", "K-2", "Both angles over time, measured and modeled."),
         ),
-        _asked(
-            "2.16",
-            "How good is the model?",
+        _asked("2.16", "How good is the model?")(
             prose("comparison", "B-9", "Where does the model follow the bench, and where does it not?", points=2),
         ),
-        _asked(
-            "2.17",
-            "Why is it not perfect?",
+        _asked("2.17", "Why is it not perfect?")(
             prose("reason", "B-8", "At least one thing that the bench does and the model leaves out.", points=2),
         ),
-        _asked(
-            "2.18",
-            "Open-loop poles",
+        _asked("2.18", "Open-loop poles")(
             poles("poles", 4, "K-1", "The poles of the model with the motor voltage as input.", points=2),
         ),
     ),
@@ -259,8 +228,7 @@ _POLYNOMIAL = "The {} characteristic polynomial: its coefficients, highest power
 _FOLLOWING = figure("figure", "K-3", "Servo angle with its reference, deflection and voltage over time.")
 
 
-def _response(experiment: str, feedback: str, prompt: str) -> Part:
-    settings = {"experiment": experiment, "feedback": feedback}
+def _response(prompt: str, **settings: str) -> Part:
     return recording("response", settings, ("theta_ref", "theta", "alpha", "vm"), "B-5", prompt)
 
 
@@ -278,12 +246,8 @@ def _specifications(angle: str) -> tuple[Part, ...]:
 
 
 CONTROL = (
-    *_section(
-        "3.3",
-        "05_control_prelab",
-        _asked(
-            "3.1",
-            "Stability",
+    *_section("3.3", "05_control_prelab")(
+        _asked("3.1", "Stability")(
             choice(
                 "stability",
                 ("stable", "marginally stable", "unstable"),
@@ -292,102 +256,67 @@ CONTROL = (
             ),
             prose("explanation", "A-3", "Does that agree with how the bench behaved?"),
         ),
-        _asked(
-            "3.2",
-            "Characteristic polynomial",
+        _asked("3.2", "Characteristic polynomial")(
             prose("strategy", "A-1", "How do poles and characteristic equation belong together?"),
             matrix("polynomial", (5,), "A-2", _POLYNOMIAL.format("open-loop"), points=2),
         ),
-        _asked(
-            "3.3",
-            "Companion form",
+        _asked("3.3", "Companion form")(
             matrix("A_c", (4, 4), "A-2", "The companion matrix of A."),
             matrix("B_c", (4, 1), "A-2", "The companion matrix of B."),
         ),
-        _asked(
-            "3.4",
-            "Desired poles",
+        _asked("3.4", "Desired poles")(
             prose("strategy", "A-1", "How do damping ratio and natural frequency fix the dominant poles?"),
             poles("desired_poles", 4, "A-2", "All four desired closed-loop poles."),
             matrix("polynomial", (5,), "A-2", _POLYNOMIAL.format("desired")),
         ),
-        _asked(
-            "3.5",
-            "Gain in companion form",
+        _asked("3.5", "Gain in companion form")(
             prose("strategy", "A-1", "What does the feedback do to the last row, and how does that give the gain?"),
             matrix("K_c", (1, 4), "A-2", "The gain that places the poles of the companion form.", 2, Usual(digits=3)),
         ),
     ),
-    *_section(
-        "3.4.1",
-        "06_control_design",
-        _asked(
-            "3.6",
-            "Controllability",
+    *_section("3.4.1", "06_control_design")(
+        _asked("3.6", "Controllability", codes="B-7 K-1")(
             number("rank", "", None, "K-1", "The rank of the controllability matrix."),
             choice("controllable", YES_NO, "B-7", "Is the system controllable?"),
             prose("explanation", "B-7", "Why?"),
-            codes="B-7 K-1",
         ),
-        _asked(
-            "3.7",
-            "Transformation to companion form",
+        _asked("3.7", "Transformation to companion form")(
             matrix("T", (4, 4), "B-5", "The controllability matrix of the model with the motor voltage as input."),
             matrix("T_c", (4, 4), "B-5", "The controllability matrix of the companion form."),
             matrix("W", (4, 4), "K-3", "The transformation matrix.", points=2),
         ),
-        _asked(
-            "3.8",
-            "Control gain",
+        _asked("3.8", "Control gain")(
             matrix("K", (1, 4), "", "The gain for the original states, by way of the companion form.", 2, _GAIN),
         ),
-        _asked(
-            "3.9",
-            "Closed-loop poles",
+        _asked("3.9", "Closed-loop poles")(
             poles("poles", 4, "K-1", "The poles of the closed loop with your gain."),
             prose("conclusion", "B-9", "Are they where you wanted them? If not, where did the design go astray?"),
         ),
-        _asked(
-            "3.10",
-            "Control gain, by a library",
+        _asked("3.10", "Control gain, by a library")(
             matrix("K", (1, 4), "K-1", "The gain that a library's pole placement gives.", 2, _GAIN),
         ),
     ),
-    *_section(
-        "3.4.2",
-        "07_control_simulation",
-        _asked(
-            "3.11",
-            "Simulated response",
-            _response("closed_loop", "full", "The simulated closed-loop response."),
+    *_section("3.4.2", "07_control_simulation")(
+        _asked("3.11", "Simulated response")(
+            _response("The simulated closed-loop response.", experiment="closed_loop", feedback="full"),
             _FOLLOWING,
         ),
-        _asked("3.12", "Specifications, simulated", *_specifications("the simulated servo angle")),
+        _asked("3.12", "Specifications, simulated")(*_specifications("the simulated servo angle")),
     ),
-    *_section(
-        "3.4.3",
-        "08_full_state_feedback",
-        _asked(
-            "3.13",
-            "Response with full state feedback",
-            _response("tracking", "full", "A recording with full state feedback."),
+    *_section("3.4.3", "08_full_state_feedback")(
+        _asked("3.13", "Response with full state feedback")(
+            _response("A recording with full state feedback.", experiment="tracking", feedback="full"),
             _FOLLOWING,
         ),
-        _asked("3.14", "Specifications with full state feedback", *_specifications("the measured servo angle")),
+        _asked("3.14", "Specifications with full state feedback")(*_specifications("the measured servo angle")),
     ),
-    *_section(
-        "3.4.4",
-        "09_partial_state_feedback",
-        _asked(
-            "3.15",
-            "Response with partial state feedback",
-            _response("tracking", "partial", "A recording with partial state feedback."),
+    *_section("3.4.4", "09_partial_state_feedback")(
+        _asked("3.15", "Response with partial state feedback")(
+            _response("A recording with partial state feedback.", experiment="tracking", feedback="partial"),
             _FOLLOWING,
         ),
-        _asked("3.16", "Specifications with partial state feedback", *_specifications("the measured servo angle")),
-        _asked(
-            "3.17",
-            "Full against partial state feedback",
+        _asked("3.16", "Specifications with partial state feedback")(*_specifications("the measured servo angle")),
+        _asked("3.17", "Full against partial state feedback")(
             prose("explanation", "B-7", "How do the two responses differ, and what in the loop makes it so?", points=2),
         ),
     ),
@@ -406,84 +335,56 @@ _PEAK = "Sensitivity peak M_s of the loop with {}."
 _SWING = number("swing_deg", "deg", (0.0, 20.0), "B-7", "The largest deflection later than 0.5 s after a turn begins.")
 
 
-def _run(prompt: str) -> Part:
-    return recording("response", {"experiment": "follow"}, ("theta_ref", "theta", "alpha", "vm"), "B-5", prompt)
-
-
-BEYOND = _section(
-    "beyond",
-    "11_beyond_the_workbook",
-    _asked(
-        "4.1",
-        "What the encoders know",
+BEYOND = _section("beyond", "11_beyond_the_workbook")(
+    _asked("4.1", "What the encoders know")(
         number("rank_servo", "", None, "K-1", "The rank of the observability matrix of the servo's encoder alone."),
         number("rank_link", "", None, "K-1", "The rank of the observability matrix of the link's encoder alone."),
         choice("spare", _ENCODERS, "B-7", "Without which encoder is the state still known?"),
     ),
-    _asked(
-        "4.2",
-        "How well they know it",
+    _asked("4.2", "How well they know it")(
         number("deviation_servo", "deg/s", (0.05, 50.0), "K-1", _OF_RATE.format("the servo's encoder alone")),
         number("deviation_both", "deg/s", (0.05, 50.0), "K-1", _OF_RATE.format("both encoders")),
         prose("explanation", "B-7", "How can the servo's encoder know how fast the link swings?"),
     ),
-    _asked(
-        "4.3",
-        "Gain of the observer",
+    _asked("4.3", "Gain of the observer")(
         matrix("L", (4, 1), "K-1", "Kalman's gain for the servo's encoder alone, at 2 ms, in filter form.", 2),
     ),
-    _asked(
-        "4.4",
-        "Observer against derivatives",
-        _run("A recording with your observer and your gain, on the servo's encoder alone."),
+    _asked("4.4", "Observer against derivatives")(
+        _response("A recording with your observer and your gain, on the servo's encoder alone.", experiment="follow"),
         number("noise_derivatives", "V", (1e-3, 5.0), "B-7", _NOISE.format("the 33 Hz derivatives")),
         number("noise_observer", "V", (1e-4, 5.0), "B-7", _NOISE.format("your observer")),
         _SWING,
     ),
-    _asked(
-        "4.5",
-        "The plant from sample to sample",
+    _asked("4.5", "The plant from sample to sample")(
         matrix(
             "Phi", (5, 5), "A-2", "The model at 30 ms with a delay of 2 ms; the fifth state is the last voltage.", 2
         ),
         matrix("Gamma", (5, 1), "A-2", "How the new voltage acts on the five states until the next sample."),
     ),
-    _asked(
-        "4.6",
-        "Sampled design",
+    _asked("4.6", "Sampled design")(
         matrix("K", (1, 5), "K-1", "The gain for your poles of 3.4, as poles in z at 30 ms, and the pole 0.", 2),
-        _run("A recording with your observer and your sampled design, at 30 ms."),
+        _response("A recording with your observer and your sampled design, at 30 ms.", experiment="follow"),
     ),
-    _asked(
-        "4.7",
-        "When emulation is lost",
+    _asked("4.7", "When emulation is lost")(
         number("limit_ms", "ms", (3.0, 100.0), "K-1", "The longest sample time with which your K is stable.", points=2),
         choice("lost_ms", _TRIED_MS, "B-9", _LOST),
     ),
-    _asked(
-        "4.8",
-        "Which design forgives",
+    _asked("4.8", "Which design forgives")(
         number("peak_emulated", "", (1.0, 50.0), "K-1", _PEAK.format("your K emulated at 20 ms")),
         number("peak_sampled", "", (1.0, 50.0), "K-1", _PEAK.format("observer and sampled design at 20 ms")),
         choice("forgives", ("emulated", "sampled"), "B-9", "Which of the two forgives more of what is not modelled?"),
     ),
-    _asked(
-        "4.9",
-        "From the motion to the voltage",
+    _asked("4.9", "From the motion to the voltage")(
         expression("alpha", _FLAT, "A-2", "The deflection, from derivatives of gamma = theta + alpha.", points=1),
         expression("V_m", _FLAT, "A-2", "The motor voltage, from derivatives of gamma."),
     ),
-    _asked(
-        "4.10",
-        "A turn without swing",
+    _asked("4.10", "A turn without swing")(
         number("alpha_max_deg", "deg", (0.5, 20.0), "K-3", "The largest deflection of your planned turn."),
         number("V_max", "V", (0.2, 10.0), "K-3", "The largest voltage of your planned turn."),
-        _run("A recording of your planned turn on the bench, with feedback."),
+        _response("A recording of your planned turn on the bench, with feedback.", experiment="follow"),
         replace(_SWING, prompt="The largest deflection after the end of the turn."),
     ),
-    _asked(
-        "4.11",
-        "Your choice",
+    _asked("4.11", "Your choice")(
         prose("conclusion", "B-9", "Which design would you leave on the bench, and which numbers decide it?", points=2),
     ),
 )
@@ -514,21 +415,13 @@ def _measured(question: str, suffix: str, where: str) -> tuple[Part, ...]:
     return tuple(_entry(question, name, 0.25, f"{name}_{suffix}", f"{what}, {where}.") for name, what in names.items())
 
 
-(TABLE_2,) = _section(
-    "2.4",
-    "04_modeling_results",
-    _asked(
-        "Table 2",
-        "Results of the modeling laboratory",
+(TABLE_2,) = _section("2.4", "04_modeling_results")(
+    _asked("Table 2", "Results of the modeling laboratory")(
         *(_entry(question, part, 0.5, prompt=_MATRICES.get(part, "")) for question, part in _IN_TABLE_2),
     ),
 )
-(TABLE_3,) = _section(
-    "3.5",
-    "10_control_results",
-    _asked(
-        "Table 3",
-        "Results of the control laboratory",
+(TABLE_3,) = _section("3.5", "10_control_results")(
+    _asked("Table 3", "Results of the control laboratory")(
         _entry("3.4", "desired_poles", 0.25),
         _entry("3.5", "K_c", 0.25),
         _entry("3.7", "W", 0.25),
