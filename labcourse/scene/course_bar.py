@@ -6,7 +6,6 @@ The page draws the same HTML that a saved notebook has; the buttons and what the
 from __future__ import annotations
 
 import html
-import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,10 +14,9 @@ from typing import Any
 
 import traitlets
 
-from labcourse.pictures import SWITCH
 from labcourse.safe_text import no_escapes
 from labcourse.scene.explorer import Live
-from labcourse.scene.saved_explorers import BAR, VIEW
+from labcourse.scene.saved_explorers import BAR
 
 ANSWERED, IN_PART, WAITS, EMPTY = "answered", "in part", "waiting", "empty"
 _SIGNS = {ANSWERED: "✓", IN_PART: "◐", WAITS: "…", EMPTY: "○"}
@@ -162,8 +160,4 @@ class CourseBar(Live):
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
         """The widget, and what stands for it in a saved notebook and in a terminal."""
-        live = super()._repr_mimebundle_(**options)
-        data, metadata = live if isinstance(live, tuple) else (live, {})
-        shown = {} if os.environ.get(SWITCH) == "off" else data or {}
-        mark = {VIEW: {BAR: True}} if VIEW in shown else {}
-        return {**shown, "text/html": self.html, "text/plain": self._text}, {**metadata, **mark}
+        return self.bundled(BAR, {"text/html": self.html, "text/plain": self._text}, {}, **options)

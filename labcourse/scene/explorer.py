@@ -19,9 +19,10 @@ from labcourse.errors import CourseError, speaks_for_itself
 from labcourse.pictures import DOTS_PER_INCH, SWITCH, Picture, style
 from labcourse.scene import still
 from labcourse.scene.saved_explorers import EXPLORER, VIEW
-from labcourse.scene.scene import Scene
+from labcourse.scene.scene import Item, Scene
 
 _HERE = Path(__file__).parent
+_EMPTY: Item = {"alt": "", "columns": [], "controls": []}
 # One module, in files that can be read.
 _SCRIPTS = ("drawing.js", "moving.js", "controls.js", "handles.js", "grabs.js", "player.js", "explorer.js")
 
@@ -34,20 +35,42 @@ class Live(anywidget.AnyWidget):
         self._loop = _running_loop()
         self.on_msg(self._on_message)
 
+    @property
+    def kernel_loop(self) -> asyncio.AbstractEventLoop | None:
+        """The loop of the kernel while it runs; None outside of a kernel."""
+        return self._loop if self._loop is not None and self._loop.is_running() else None
+
     def receive(self, event: Mapping[str, Any]) -> None:
         """Take an event of the page."""
         raise NotImplementedError
 
     def later(self, call: Callable[..., None], *values: Any) -> None:
         """Call a function where events are received: widgets are not for several threads."""
-        if self._loop is not None and self._loop.is_running():
-            self._loop.call_soon_threadsafe(call, *values)
+        if self.kernel_loop is not None:
+            self.kernel_loop.call_soon_threadsafe(call, *values)
         else:
             call(*values)
 
     def _on_message(self, _: object, content: Mapping[str, Any], __: object) -> None:
         """Take a message of the page, on the kernel's own loop: JupyterLab may send it to a thread beside it."""
         self.later(self.receive, content)
+
+    def bundled(
+        self, kind: str, instead: Mapping[str, str], about: Mapping[str, Any], **options: Any
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return display data and metadata: the widget, if somebody looks, and what stands for it elsewhere.
+
+        Parameters
+        ----------
+        kind : of widget, which the metadata name
+        instead, about : display data of what stands for it, and their metadata
+        options : as a notebook gives them
+        """
+        live = super()._repr_mimebundle_(**options)
+        data, metadata = live if isinstance(live, tuple) else (live, {})
+        shown = {} if os.environ.get(SWITCH) == "off" else data or {}
+        mark = {VIEW: {kind: True}} if VIEW in shown else {}
+        return {**shown, **instead}, {**metadata, **about, **mark}
 
 
 class Explorer(Live):
@@ -59,8 +82,9 @@ class Explorer(Live):
 
     _esm = "\n".join((_HERE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
     _css = _HERE / "explorer.css"
-    scene = traitlets.Dict().tag(sync=True)
+    scene = traitlets.Dict(_EMPTY).tag(sync=True)
     data = traitlets.Bytes().tag(sync=True)
+    busy = False  #: whether something is done in the background
 
     def __init__(self) -> None:
         super().__init__()
@@ -80,7 +104,7 @@ class Explorer(Live):
         return still.picture(self.view())
 
     def set(self, name: str, value: float | str) -> None:
-        """A control was set."""
+        """A control was set; a slider, within its range."""
 
     def press(self, name: str) -> None:
         """A button was pressed."""
@@ -105,7 +129,7 @@ class Explorer(Live):
         try:
             if kind == "set":
                 value = event["value"]
-                self.set(name, value if isinstance(value, str) else _finite(value))
+                self.set(name, value if isinstance(value, str) else self._within_slider(name, _finite(value)))
             elif kind == "press":
                 self.press(name)
             elif kind == "moved":
@@ -129,36 +153,43 @@ class Explorer(Live):
         self._version += 1
         notice = {"kind": "error", "text": trouble} if trouble else {"kind": "info", "text": self.notice}
         scene |= {"notice": notice, "version": self._version, "answered": self._answered}
-        scene.setdefault("columns", [])
-        scene.setdefault("alt", "")
         with self.hold_sync():
             self.data = data
             self.scene = scene
 
+    def _within_slider(self, name: str, value: float) -> float:
+        """A number within its slider's range, to which the box beside a slider does not keep."""
+        for control in (control for row in self.scene["controls"] for control in row):
+            if control["kind"] == "slider" and control["name"] == name:
+                value = min(max(value, control["low"]), control["high"])
+        return value
+
     def in_background(self, work: Callable[[], Any], done: Callable[[Any], None]) -> None:
-        """Do something long beside the kernel, which stays free for other messages meanwhile.
+        """Do something long beside the kernel, which stays free for other messages meanwhile; it is ``busy``.
 
-        ``done`` is called with the result, or with the exception, where events are received; then the scene is shown
-        anew. Outside of a kernel it is done at once.
+        ``done`` is called with the result, where events are received; then the scene is shown anew, with what went
+        wrong. Outside of a kernel it is done at once.
         """
-
-        loop = self._loop
-        if loop is None or not loop.is_running():
-            done(_result(work))
-            return
+        self.busy = True
 
         def finish(result: Any) -> None:
+            self.busy = False
+            if isinstance(result, Exception):
+                raise result
+            done(result)
+
+        def finish_and_show(result: Any) -> None:
             trouble = ""
             try:
-                done(result)
+                finish(result)
             except Exception as error:
                 trouble = error_text(error)
             self.refresh(trouble)
 
-        def run() -> None:
-            self.later(finish, _result(work))
-
-        threading.Thread(target=run, daemon=True).start()
+        if self.kernel_loop is None:
+            finish(_result(work))
+        else:
+            threading.Thread(target=lambda: self.later(finish_and_show, _result(work)), daemon=True).start()
 
     def save_picture(self, name: str) -> None:
         """Save the picture as PNG and as SVG beside the notebook, and say so; earlier ones of that name are replaced.
@@ -184,20 +215,16 @@ class Explorer(Live):
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
         """The widget, and what stands for it in papermill's notebooks and on a printed page."""
-        live = super()._repr_mimebundle_(**options)
-        data, metadata = live if isinstance(live, tuple) else (live, {})
         try:
             picture, about = self.static_view()
         except Exception as error:
             if not speaks_for_itself(error):
                 raise
             picture, about = {}, {}  # there is nothing to draw yet; the widget says why
-        shown = {} if os.environ.get(SWITCH) == "off" else data or {}
-        mark = {VIEW: {EXPLORER: True}} if VIEW in shown else {}
-        return {**shown, **picture, "text/plain": repr(self)}, {**metadata, **about, **mark}
+        return self.bundled(EXPLORER, {**picture, "text/plain": repr(self)}, about, **options)
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}: {self.scene.get('alt', '')}"
+        return f"{type(self).__name__}: {self.scene['alt']}"
 
 
 def written(path: Path, content: files.Content) -> Path:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rotflex.errors import IdentificationError
 from rotflex.identification import channel
 from rotflex.plant import PlantParameters, State, driven
-from rotflex.recording import Channel, Recording
+from rotflex.recording import Recording
 from rotflex.units import Vector
 
 #: What can be fitted, and about how large it is: where the search starts unless told, and the unit of its steps.
@@ -87,9 +87,9 @@ class Record:
 
     def beside(self, theta: Vector, alpha: Vector) -> Recording:
         """The recording with what was simulated, for plots."""
-        kept = {name: self.recording.channels[name] for name in ("theta", "alpha", "vm")}
-        simulated = {"theta_model": Channel(theta, "rad"), "alpha_model": Channel(alpha, "rad")}
-        return Recording(self.recording.time, {**kept, **simulated}, self.recording.metadata)
+        measured = {name: self.recording[name] for name in ("theta", "alpha", "vm")}
+        simulated = {"theta_model": theta, "alpha_model": alpha}
+        return Recording.of(self.recording.time, self.recording.metadata, **measured, **simulated)
 
 
 def windows(samples: NDArray[np.intp], length: int, sample_time: float) -> NDArray[np.intp]:

@@ -221,8 +221,6 @@ def _with(recording: Recording, **channels: Channel) -> Recording:
 class OwnArm(ArmsExplorer):
     """The student's arm before and after the controller; it can be kept as a film and as a picture."""
 
-    busy = False
-
     def controls(self) -> list[list[Any]]:
         """A button to keep it."""
         return [[Button("keep", "Keep it as film and picture", "main", self.busy)]]
@@ -230,7 +228,7 @@ class OwnArm(ArmsExplorer):
     def press(self, name: str) -> None:
         """Draw the film and the picture, and save them beside the notebook."""
         if not self.busy:
-            self.busy, self.notice = True, "The film is drawn. That takes some seconds."
+            self.notice = "The film is drawn. That takes some seconds."
             self.in_background(self.keep, self._kept)
 
     def keep(self) -> str:
@@ -280,11 +278,8 @@ class OwnArm(ArmsExplorer):
                 frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").quantize(64))
         return frames
 
-    def _kept(self, found: str | Exception) -> None:
-        self.busy = False
-        if isinstance(found, Exception):
-            raise found
-        self.notice = found
+    def _kept(self, message: str) -> None:
+        self.notice = message
 
 
 def show_arm(lab: Lab) -> OwnArm:

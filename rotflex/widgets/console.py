@@ -230,7 +230,7 @@ class BenchConsole(Explorer):
         self.recording, self._settled = None, False
         self._bench.recorder.forget()
         self._last_message = time.monotonic()
-        loop = self._loop if self._loop is not None and self._loop.is_running() else None
+        loop = self.kernel_loop
         self._run = Running(self._bench, experiment, self._alive, paced=loop is not None)
         if self._grabs():
             self._hand = Hand(STANDING if self.choice in (HOLD, WATCH) else DRIVING) if loop is not None else None

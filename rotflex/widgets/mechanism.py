@@ -46,15 +46,15 @@ def mechanism(theta: float, alpha: float, grab: bool = False) -> Moving:
     return drawing
 
 
-def played(recording: Recording, begin: float, end: float, auto: bool = False) -> Play:
+def played(recording: Recording, begin: float, end: float, auto: bool = False, at_once: bool = False) -> Play:
     """A recording as the mechanism goes through it.
 
     Parameters
     ----------
     recording : with theta and alpha
     begin, end : s, the part that is played
-    auto : whether it begins by itself
+    auto, at_once : whether it begins by itself, and even before anything has changed
     """
     instants = np.linspace(begin, end, max(2, round((end - begin) * _PLAYED)))
     signals = {name: np.interp(instants, recording.time, recording[name]) for name in ("theta", "alpha")}
-    return Play(signals, end - begin, auto)
+    return Play(signals, end - begin, auto, at_once)

@@ -146,10 +146,8 @@ class SweepExplorer(Explorer):
         if name == "look":
             self.look = "ratio" if value == "ratio" else "spectrum"
             self.cursor = self.spectra.peak(self.look)
-        elif name == "cursor":
-            self.move(name, float(value), 0.0)
         else:
-            changed = {**self.settings, name: self._within(name, value)}
+            changed = {**self.settings, name: value}
             if name == "drive":
                 changed["drive"] = "voltage" if value == "voltage" else "position"
                 changed["amplitude"] = _AMPLITUDE[changed["drive"]][0]
@@ -157,13 +155,6 @@ class SweepExplorer(Explorer):
             found = spectra(recording)  # first everything, so that nothing is half changed should it fail
             self.settings, self.recording, self.spectra = changed, recording, found
             self.cursor = found.peak(self.look)
-
-    def _within(self, name: str, value: float | str) -> float | str:
-        """A setting within its slider's range: a number box keeps to none."""
-        if isinstance(value, str):
-            return value
-        low, high = _RANGES[name][:2] if name in _RANGES else _AMPLITUDE[self.settings["drive"]][2:4]
-        return min(max(value, low), high)
 
     def move(self, name: str, x: float, y: float) -> None:
         """The cursor was moved."""

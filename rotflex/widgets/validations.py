@@ -14,10 +14,10 @@ from rotflex import experiments, greybox
 from rotflex.config import Joint, Servo
 from rotflex.errors import IdentificationError, RotflexError
 from rotflex.greybox import Band, FitResult
+from rotflex.greybox.problem import Record, rms
 from rotflex.hil.controllers import OpenLoop
-from rotflex.identification import channel
-from rotflex.plant import PlantParameters, State, driven
-from rotflex.recording import Channel, Recording
+from rotflex.plant import PlantParameters
+from rotflex.recording import Recording
 from rotflex.units import DEG, Vector
 from rotflex.widgets import another_arm
 
@@ -49,13 +49,8 @@ def overlay(recording: Recording, parameters: PlantParameters) -> Recording:
     IdentificationError
         If a channel is missing, or an angle does not move.
     """
-    theta, alpha = channel(recording, "theta"), channel(recording, "alpha")
-    volts = channel(recording, "vm", may_be_constant=True)
-    begin = State(float(theta[0]), float(alpha[0]), 0.0, 0.0)
-    states = driven(parameters, begin, volts.tolist(), recording.sample_time)
-    modelled = {"theta_model": Channel(states[:, 0], "rad"), "alpha_model": Channel(states[:, 1], "rad")}
-    kept = {name: recording.channels[name] for name in ("theta", "alpha", "vm")}
-    return Recording(recording.time, {**kept, **modelled}, recording.metadata)
+    record = Record(recording)
+    return record.beside(*record.simulate(parameters, delay=0.0, offset=0.0, rates=(0.0, 0.0)))
 
 
 def fit_percent(measured: Vector, model: Vector) -> float:
@@ -118,7 +113,6 @@ class ValidationExplorer(Explorer):
         self.friction = "none"
         self.fitted: FitResult | None = None
         self.band: Band | None = None
-        self.busy = False
         self.compared = overlay(recording, self.parameters)
         super().__init__()
 
@@ -130,8 +124,7 @@ class ValidationExplorer(Explorer):
             self._take(self._with_friction(self.parameters, str(value)))
             self.friction = str(value)
             return
-        low, high, _step = _RANGES[name]
-        changed: dict[str, Any] = {name: min(max(float(value), low), high)}
+        changed: dict[str, Any] = {name: float(value)}
         self._take(replace(self.parameters, **changed))
 
     def press(self, name: str) -> None:
@@ -140,7 +133,6 @@ class ValidationExplorer(Explorer):
             self._take(self._start)
             self.friction = "none"
         elif not self.busy:
-            self.busy = True
             self.notice = "Fitting: the plant is simulated about seventy times, which takes some seconds."
             self.in_background(self._fit_and_predict, self._fitted)
 
@@ -161,15 +153,10 @@ class ValidationExplorer(Explorer):
         found = self.fit()
         return found, found.band(self._recording["vm"], OpenLoop(), self._recording.sample_time, progress=False)
 
-    def _fitted(self, result: tuple[FitResult, Band] | Exception) -> None:
-        try:
-            if isinstance(result, Exception):
-                raise result
-            found, band = result
-            self._take(found.parameters)
-            self.fitted, self.band, self.friction = found, band, "fitted"
-        finally:
-            self.busy = False
+    def _fitted(self, result: tuple[FitResult, Band]) -> None:
+        found, band = result
+        self._take(found.parameters)
+        self.fitted, self.band, self.friction = found, band, "fitted"
         values = ", ".join(f"{name} = {found.estimates[name]} {unit}" for name, unit in _TOLD.items())
         braking = "The braking is the sum of B_eq and back-EMF. A recording cannot separate the two."
         band_means = "95 % of another run should lie in the band; θ drifts, so its band follows it in windows of 1 s."
@@ -242,8 +229,7 @@ class ValidationExplorer(Explorer):
         rows = []
         for name, symbol, left in zip(_ANGLES, "θα", self._residuals(), strict=True):
             explained = fit_percent(self.compared[name], self.compared[f"{name}_model"])
-            rms = float(np.sqrt(np.mean(left**2)))
-            rows.append(Row(symbol, (f"{explained:.1f} %", f"{rms:.3f} deg")))
+            rows.append(Row(symbol, (f"{explained:.1f} %", f"{rms(left):.3f} deg")))
         if self.band is not None and self._edges():
             theta, alpha = self.band(self._recording)
             rows.append(Row("inside the band", (f"θ {theta:.1%}", f"α {alpha:.1%}")))
