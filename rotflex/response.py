@@ -292,19 +292,19 @@ def _at(step: StepResponse) -> str:
 def _judge(summary: Summary, specification: Specification) -> Finding:
     value, limit = getattr(summary, specification.quantity), specification.limit
     title = f"Specification {specification.number}, {specification.name}"
-    allowed = f"at most {_shown(limit, specification.unit)}"
+    allowed = f"at most {with_unit(limit, specification.unit)}"
     if value is None:
         return Finding(specification, None, None, f"{title}: not measured ({allowed}).")
     if math.isinf(value):
         return Finding(specification, value, False, f"{title}: not met, the angle does not settle; {allowed}.")
     met = bool(value <= limit * (1 + 1e-9))
-    words = f"{title}: {'met' if met else 'not met'}, {_shown(value, specification.unit)}; {allowed}."
+    words = f"{title}: {'met' if met else 'not met'}, {with_unit(value, specification.unit)}; {allowed}."
     if specification.quantity == "max_vm" and math.isclose(value, limit):
         words += " The voltage was at its limit: the controller may have asked for more."
     return Finding(specification, value, met, words)
 
 
-def _shown(value: float, unit: str) -> str:
+def with_unit(value: float, unit: str) -> str:
     """A value for people: angles in degrees."""
     return f"{value / DEG:.3g} deg" if unit == "rad" else f"{value:.3g} {unit}"
 

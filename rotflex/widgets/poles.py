@@ -3,35 +3,48 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.scene import Button, Choice, Column, Readout, Scene, Slider
+from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider
 from rotflex.config import one_of
 from rotflex.errors import DesignError
 from rotflex.simulation import matrices
 from rotflex.specifications import AMPLITUDE
-from rotflex.widgets import another_arm, pole_views
+from rotflex.units import Vector
+from rotflex.widgets import another_arm
+from rotflex.widgets.loops import number, played_by_arm, traces, verdicts
 from rotflex.widgets.mechanism import mechanism
 from rotflex.widgets.placement import (
+    COUNT,
     Cloud,
     Design,
     Dominant,
     Region,
     cloud,
     design,
+    pole_text,
     spread_of,
     with_gain,
 )
-from rotflex.widgets.pole_views import P3, P4, PAIR, PARTNER
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
 
+PAIR, PARTNER, P3, P4 = "pair", "partner", "p3", "p4"  #: handles
+PLANE = (-82.0, 12.0), (-42.0, 42.0)  #: rad/s: all places that a pole may be dragged to
+_GRID_ZETA = (0.2, 0.4, 0.6, 0.8)
+_NAMED_ZETA = (0.2, 0.6, 0.8)  # with all four, their names would touch
+_GRID_OMEGA = (10, 20, 30, 40)  # rad/s
+_STEP = 0.5  # rad/s, of one press of a key
+_OFF_AXIS = 1.5  # rad/s, by which a key takes a real pair off the axis
+_UNITS = ("V/rad", "V/rad", "V/(rad/s)", "V/(rad/s)")
 _FEEDBACK = {"full": "full state", "partial": "partial (servo only)"}
 _BESIDE = {"step": "nothing", "cloud": "uncertain stiffness (cloud)"}
 _MOST_GHOSTS = 3
@@ -76,6 +89,92 @@ def _clamped(value: float, limits: tuple[float, float]) -> float:
     return min(max(float(value), limits[0]), limits[1])
 
 
+# --- the s-plane ------------------------------------------------------------------------------------------------------
+
+
+def _plane(a: Vector, wanted: Dominant, met: Sequence[tuple[Vector, Vector]], numbers: bool) -> Panel:
+    """The s-plane with its grid, where the specifications are met, and the poles of the open loop.
+
+    Without ``numbers``, the pair is described by ζ and ωₙ: to work out the poles is a question.
+    """
+    panel = Panel("imaginary (rad/s)", *PLANE, "real (rad/s)", equal=True, bare=True)
+    turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 61)
+    for index, (x, y) in enumerate(met):
+        panel.area(x, y, "voltage", "" if index else "specifications met", opacity=0.25)
+        panel.area(x, -y, "voltage", opacity=0.25)
+    panel.band(0.0, 500.0, "ghost", "unstable", axis="x")
+    for omega_n in _GRID_OMEGA:
+        panel.line(omega_n * np.cos(turn), omega_n * np.sin(turn), "grid")
+        panel.text(0.6, omega_n, f"{omega_n}", "left")
+    for zeta in _GRID_ZETA:
+        tip = 90 * np.array([-zeta, math.sqrt(1 - zeta**2)])
+        panel.line([tip[0], 0, tip[0]], [tip[1], 0, -tip[1]], "grid")
+        along = 36.0 / max(math.sqrt(1 - zeta**2), 0.75)
+        if zeta in _NAMED_ZETA:
+            panel.text(-zeta * along, math.sqrt(1 - zeta**2) * along, f"ζ {zeta:g}")
+    panel.level(0.0, "axis", axis="x")
+    _mark(panel, np.asarray(np.linalg.eigvals(a), dtype=complex), "ghost", "circle", "open loop")
+    _handles(panel, wanted, numbers)
+    return panel
+
+
+def _mark(panel: Panel, poles: NDArray[np.complex128], role: str, shape: str, label: str) -> None:
+    """Poles that are not to be dragged, with one entry in the legend."""
+    for index, pole in enumerate(poles):
+        panel.mark(pole.real, pole.imag, role, shape, "" if index else label)
+
+
+def _handles(panel: Panel, wanted: Dominant, numbers: bool) -> None:
+    pair, partner = wanted.pair, wanted.partner
+    legend, text = "desired poles: drag them", f"ζ {wanted.zeta:.2f}, ωₙ {wanted.omega_n:.1f} rad/s"
+
+    def place(name: str, pole: complex, label: str, step: tuple[float, float], **more: Any) -> None:
+        value = text if name in (PAIR, PARTNER) and not numbers else f"{pole_text(pole)} rad/s"
+        panel.handle(name, pole.real, pole.imag, label, value, step, **more)
+
+    if wanted.zeta < 1:
+        panel.mark(partner.real, partner.imag, "measured", "cross", size=7)
+        place(PAIR, pair, "dominant pair of poles", (_STEP, _STEP), legend=legend)
+    else:
+        place(PAIR, pair, "slower pole of the pair", (_STEP, _OFF_AXIS), legend=legend)
+        place(PARTNER, partner, "faster pole of the pair", (_STEP, _OFF_AXIS))
+    for name, value, label in ((P3, wanted.p3, "third pole"), (P4, wanted.p4, "fourth pole")):
+        place(name, complex(value), label, (_STEP, 0.0), axis="x")
+
+
+# --- in words ---------------------------------------------------------------------------------------------------------
+
+
+def _gain(design: Design) -> Readout:
+    """Return the gain as a table, V/rad and V/(rad/s)."""
+    values = zip(("k₁", "k₂", "k₃", "k₄"), design.K.ravel().tolist(), _UNITS, strict=True)
+    return Readout("Gain K", [Row(name, (number(value), unit)) for name, value, unit in values])
+
+
+def _polynomial(design: Design) -> Readout:
+    """The characteristic polynomial of the poles asked for."""
+    powers = ("s⁴", "s³", "s²", "s", "1")
+    rows = [Row(power, (number(value),)) for power, value in zip(powers, design.polynomial.tolist(), strict=True)]
+    return Readout("Characteristic polynomial", rows, folded=True)
+
+
+def _certainty(cloud: Cloud) -> Readout:
+    """How certain the design is, with the student's own uncertainty of the stiffness."""
+    values = {
+        "u(K_s)/K_s": f"{100 * cloud.spread:.2g} %",
+        "stiffnesses tried": f"{COUNT}",
+        "all four met on": f"{100 * cloud.share:.0f} %",
+    }
+    return Readout("If K_s is not quite that", [Row(label, (value,)) for label, value in values.items()])
+
+
+def _alt_text(design: Design, numbers: bool) -> str:
+    """Describe a design in words, for somebody who cannot see it; with the desired poles as ``numbers`` or without."""
+    listed = ", ".join(pole_text(pole) for pole in design.wanted)
+    text = f"Desired poles {listed} rad/s, {design.feedback} state feedback. " if numbers else "Another arm. "
+    return text + (" ".join(finding.words for finding in design.findings) or design.trouble)
+
+
 # --- the explorer -----------------------------------------------------------------------------------------------------
 
 
@@ -99,12 +198,11 @@ class PoleExplorer(Explorer):
     def __init__(self, A: ArrayLike, B: ArrayLike, K: ArrayLike | None = None, lab: Lab | None = None) -> None:
         self._a, self._b = matrices(A, B)
         self._lab = lab
-        self._outline: tuple[Any, Any] = (None, [])
         self.ghosts: list[Design] = []
         self.wanted, self.feedback, self.beside = self._start, "full", "step"
         self._own = None if K is None else with_gain(self._a, self._b, K)
         self.design = design(self._a, self._b, self.wanted.poles)  # first: it says so if the model cannot be controlled
-        self._region = Region(self._a, self._b)
+        self._where_met = lru_cache(1)(Region(self._a, self._b).outline)
         super().__init__()
 
     # --- what the reader does ---------------------------------------------------------------------------------------
@@ -113,8 +211,7 @@ class PoleExplorer(Explorer):
         """A slider or the switch."""
         if name == "feedback":
             self._redesign(self.wanted, one_of("feedback", str(value), _FEEDBACK))
-            return
-        if name == "beside":
+        elif name == "beside":
             self.beside = one_of("beside", str(value), _BESIDE)
         else:
             self._redesign(within(replace(self.wanted, **{name: float(value)})))
@@ -172,23 +269,32 @@ class PoleExplorer(Explorer):
     def view(self) -> Scene:
         """The s-plane beside the response and the arm, verdicts and gain below."""
         found, a, b = self.design, self._a, self._b
-        plane = pole_views.plane(a, self.wanted, self._where_met(), not self._another)
-        scattered = cloud(a, b, found.applied, spread_of(a)) if self.beside == "cloud" else None
+        met = self._where_met(self.wanted.p3, self.wanted.p4, self.feedback)
+        plane = _plane(a, self.wanted, met, not self._another)
+        readouts = [verdicts(found), another_arm.notice("3.8")]
+        if not self._another:
+            readouts = [verdicts(found), _gain(found), _polynomial(found)]
         start = -AMPLITUDE if found.motion is None else float(found.motion["theta"][0])
         if self._own is not None:
-            pole_views.marks(plane, self._own.poles, "highlight", "square", "your K")
+            _mark(plane, self._own.poles, "highlight", "square", "your K")
         if self.feedback == "partial":
-            pole_views.marks(plane, found.poles, "model", "square", "closed loop, partial")
-        if scattered is not None:
-            pole_views.scattered(plane, scattered)
-        traces = pole_views.traces(found, self.ghosts)
+            _mark(plane, found.poles, "model", "square", "closed loop, partial")
+        if self.beside == "cloud":
+            uncertain = cloud(a, b, found.applied, spread_of(a))
+            poles, label = uncertain.poles.ravel(), f"stiffness uncertain by {100 * uncertain.spread:.2g} %"
+            plane.points(poles.real, poles.imag, "highlight", label, size=1.5)
+            readouts.insert(2, _certainty(uncertain))
         return Scene(
-            alt=pole_views.design_alt_text(found, not self._another),
-            columns=[Column([plane], 1.0), Column(traces, 1.1), Column([mechanism(start, 0.0)], 0.55)],
+            alt=_alt_text(found, not self._another),
+            columns=[
+                Column([plane], 1.0),
+                Column(traces(found, self.ghosts), 1.1),
+                Column([mechanism(start, 0.0)], 0.55),
+            ],
             controls=self._controls(),
-            readouts=self._readouts(scattered),
+            readouts=readouts,
             height=300 if self._another else 460,
-            play=pole_views.played_by_arm(found),
+            play=played_by_arm(found),
         )
 
     def _controls(self) -> list[list[Slider | Choice | Button]]:
@@ -203,16 +309,13 @@ class PoleExplorer(Explorer):
                 Slider(P4, "fourth pole", "rad/s", *REAL_RANGE, 0.5, wanted.p4),
             ],
         ]
+        feedback = Choice("feedback", "feedback", _FEEDBACK, self.feedback)
         if self._another:
-            feedback = Choice("feedback", "feedback", _FEEDBACK, self.feedback)
             return [*rows, [feedback, Button("reset", "Back to the beginning")]]
         keep = "Store K as answer 3.8. Only the code in that question's cell is marked"
         return [
             *rows,
-            [
-                Choice("feedback", "feedback", _FEEDBACK, self.feedback),
-                Choice("beside", "show as well", _BESIDE, self.beside),
-            ],
+            [feedback, Choice("beside", "show as well", _BESIDE, self.beside)],
             [
                 Button("reset", "Workbook's poles"),
                 Button("ghost", "Leave a ghost", title="Keep this response in the plots, to compare others with it"),
@@ -221,20 +324,6 @@ class PoleExplorer(Explorer):
                 Button("keep", "Keep this design", "main", self._lab is None, keep),
             ],
         ]
-
-    def _readouts(self, scattered: Cloud | None) -> list[Readout]:
-        found = self.design
-        if self._another:
-            return [pole_views.verdicts(found), another_arm.notice("3.8")]
-        more = [] if scattered is None else [pole_views.cloud_rows(scattered)]
-        return [pole_views.verdicts(found), pole_views.gain(found), *more, pole_views.polynomial(found)]
-
-    def _where_met(self) -> list[tuple[Any, Any]]:
-        asked = (self.wanted.p3, self.wanted.p4, self.feedback)
-        if self._outline[0] != asked:
-            self._outline = (asked, self._region.outline(*asked))
-        curves: list[tuple[Any, Any]] = self._outline[1]
-        return curves
 
 
 class OtherPoles(PoleExplorer):

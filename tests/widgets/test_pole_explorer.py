@@ -12,7 +12,7 @@ from rotflex import widgets
 from rotflex.errors import DesignError
 from rotflex.units import DEG
 from rotflex.widgets.placement import COUNT, Dominant, cloud, spread_of
-from rotflex.widgets.pole_views import PLANE
+from rotflex.widgets.poles import PLANE
 from rotflex.widgets.poles import OMEGA_RANGE, REAL_RANGE, ZETA_RANGE, PoleExplorer, dragged
 
 
