@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 from xml.etree import ElementTree
 
 import matplotlib as mpl
@@ -75,9 +75,9 @@ class Picture(Figure):
         return bundle(self, self.alt_text)
 
 
-def new_picture(width: float, height: float, layout: Literal["constrained"] | None = "constrained") -> Picture:
+def new_picture(width: float, height: float) -> Picture:
     """An empty picture of the given size (inches). Call it, and draw, within ``style()``."""
-    return Picture(figsize=(width, height), layout=layout)
+    return Picture(figsize=(width, height), layout="constrained")
 
 
 def png(figure: Figure) -> bytes:

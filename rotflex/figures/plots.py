@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rotflex.figures.pictures import (
     BLACK,
@@ -23,7 +23,7 @@ from rotflex.figures.pictures import (
     style,
 )
 from rotflex.specifications import LIMITS, SETTLING_BAND
-from rotflex.units import DEG, Vector
+from rotflex.units import DEG
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,6 +35,7 @@ _THETA, _ALPHA, _VOLTS = r"$\theta$ (deg)", r"$\alpha$ (deg)", "$V_m$ (V)"  # la
 _CHANNELS = {"theta": r"$\theta$", "alpha": r"$\alpha$", "vm": "$V_m$"}
 _DRAWN_IN = "The settling band, the limits of alpha and of the voltage are drawn in."
 _MARKS = (("x", BLUE), ("s", VERMILLION), ("D", GREEN), ("+", BLACK))  # groups of poles differ by shape, too
+_SWEPT = (0.5, 6.0)  # Hz, that the spectra of sweeps are drawn for
 _GRID_ZETA = (0.2, 0.4, 0.6, 0.8)
 
 
@@ -239,7 +240,6 @@ def naive_against_true(
     position_driven: Sequence[ArrayLike],
     ratio: Sequence[ArrayLike],
     resonance: float,
-    f_range: tuple[float, float] = (0.5, 6.0),
 ) -> Picture:
     """Why the peak of a spectrum is not yet the natural frequency: two sweeps and |alpha/theta|.
 
@@ -249,7 +249,6 @@ def naive_against_true(
         voltage, and when the servo follows it
     ratio : (f, |alpha/theta|): Hz and rad/rad
     resonance : the link's natural frequency with the servo held, sqrt(K_s/J_l), Hz
-    f_range : the frequencies between which to draw, Hz
     """
     rows = (
         (voltage_driven, "voltage", "amplitude of $\\alpha$ (deg)", "the sweep is the motor's voltage"),
@@ -261,11 +260,14 @@ def naive_against_true(
         figure = new_picture(WIDTH, 6.8)
         panels = figure.subplots(3, 1, sharex=True)
         for axes, ((f_hz, values), role, quantity, title) in zip(panels, rows, strict=True):
-            f, curve = _curve(axes, f_hz, values, f_range, ROLES[role])
+            f, curve = np.asarray(f_hz, dtype=float), np.asarray(values, dtype=float)
+            inside = (f >= _SWEPT[0]) & (f <= _SWEPT[1])
+            f, curve = f[inside], curve[inside]
+            axes.plot(f, curve, **ROLES[role])
             peaks.append(float(f[curve.argmax()]))
             axes.plot(peaks[-1], curve.max(), marker="v", markersize=8, color=BLACK, linestyle="none", zorder=5)
             axes.axvline(resonance, **ROLES["highlight"])
-            axes.set(ylabel=quantity, ylim=(0, 1.2 * curve.max()))
+            axes.set(ylabel=quantity, xlim=_SWEPT, ylim=(0, 1.2 * curve.max()))
             axes.set_title(f"{title}: peak at {peaks[-1]:.2f} Hz", loc="left", fontsize=11)
         label = rf"$\sqrt{{K_s/J_l}}$ = {resonance:.2f} Hz"
         panels[0].legend(
@@ -278,17 +280,6 @@ def naive_against_true(
         f"servo follows the sweep, at {peaks[1]:.1f} Hz; the ratio of alpha to theta peaks at {peaks[2]:.1f} Hz."
     )
     return figure
-
-
-def _curve(
-    axes: Axes, f_hz: ArrayLike, values: ArrayLike, f_range: tuple[float, float], look: dict[str, Any]
-) -> tuple[Vector, Vector]:
-    """Draw the part of a curve within ``f_range``, and return it."""
-    f, y = np.asarray(f_hz, dtype=float), np.asarray(values, dtype=float)
-    inside = (f >= f_range[0]) & (f <= f_range[1])
-    axes.plot(f[inside], y[inside], **look)
-    axes.set_xlim(*f_range)
-    return f[inside], y[inside]
 
 
 # --- in the s-plane ---------------------------------------------------------------------------------------------------
@@ -314,15 +305,10 @@ def pole_map(poles: ArrayLike | Mapping[str, ArrayLike]) -> Picture:
         _grid(axes, reach, height)
         for (label, group), (marker, color) in zip(groups.items(), cycle(_MARKS)):
             look: dict[str, Any] = {"color": color, "linestyle": "none", "markersize": 10, "markeredgewidth": 2.4}
-            axes.plot(
-                group.real, group.imag, marker=marker, fillstyle="none", label=label, zorder=5, clip_on=False, **look
-            )
-        axes.set(
-            xlabel="real part (rad/s)",
-            ylabel="imaginary part (rad/s)",
-            xlim=(-reach, right),
-            ylim=(-height, height),
-        )
+            look |= {"marker": marker, "fillstyle": "none", "zorder": 5, "clip_on": False}
+            axes.plot(group.real, group.imag, label=label, **look)
+        axes.set(xlabel="real part (rad/s)", ylabel="imaginary part (rad/s)")
+        axes.set(xlim=(-reach, right), ylim=(-height, height))
         axes.set_aspect("equal")
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, handlelength=2.2)
     listed = "; ".join(f"{label}: " + ", ".join(map(_spoken, group)) for label, group in groups.items())
@@ -373,34 +359,14 @@ def _grid(axes: Axes, reach: float, height: float) -> None:
     faint: dict[str, Any] = {"color": "#BBBBBB", "linewidth": 0.8, "linestyle": "-", "zorder": 1}
     axes.axvline(0.0, color=BLACK, linewidth=1.0, zorder=1.5)
     axes.axhline(0.0, **faint)
-    small: dict[str, Any] = {"fontsize": 9, "color": "#555555"}
+    small: dict[str, Any] = {"fontsize": 9, "color": "#555555", "ha": "center", "va": "center"}
     for zeta in _GRID_ZETA:
-        _rays(axes, zeta, 3 * reach, faint)
-        slope = np.sqrt(1 - zeta**2) / zeta
-        # Where the ray leaves the picture: through the top, or through the left side.
-        x, y = (
-            (-0.93 * height / slope, 0.93 * height) if height / slope < reach else (-0.93 * reach, 0.93 * reach * slope)
-        )
-        axes.text(
-            x,
-            y,
-            rf"$\zeta$ {zeta:g}",
-            ha="center",
-            va="center",
-            **small | {"bbox": {"fc": "white", "ec": "none", "pad": 1}},
-        )
-    for omega in MaxNLocator(5).tick_values(0.0, reach):
-        if 0 < omega < 1.4 * reach:
-            _arc(axes, omega, faint)
-
-
-def _rays(axes: Axes, zeta: float, length: float, look: dict[str, Any]) -> None:
-    """The two rays from the origin on which the damping ratio is ``zeta``."""
-    x, y = -zeta * length, np.sqrt(1 - zeta**2) * length
-    axes.plot([x, 0.0, x], [y, 0.0, -y], **look)
-
-
-def _arc(axes: Axes, omega_n: float, look: dict[str, Any]) -> None:
-    """The half circle on which the natural frequency is ``omega_n``."""
-    turn: NDArray[np.float64] = np.linspace(np.pi / 2, 3 * np.pi / 2, 181)
-    axes.plot(omega_n * np.cos(turn), omega_n * np.sin(turn), **look)
+        slope, far = np.sqrt(1 - zeta**2) / zeta, 3 * reach * zeta
+        axes.plot([-far, 0.0, -far], [far * slope, 0.0, -far * slope], **faint)
+        side = min(reach, height / slope)  # the ray leaves the picture through the left side, or through the top
+        place = (-0.93 * side, 0.93 * side * slope)
+        axes.text(*place, rf"$\zeta$ {zeta:g}", bbox={"fc": "white", "ec": "none", "pad": 1}, **small)
+    turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 181)
+    for omega_n in MaxNLocator(5).tick_values(0.0, reach):
+        if 0 < omega_n < 1.4 * reach:
+            axes.plot(omega_n * np.cos(turn), omega_n * np.sin(turn), **faint)
