@@ -10,8 +10,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from rotflex.errors import ConfigurationError
-from rotflex.units import DEG, GRAM, INCH, OZ_IN, REV, RPM
+import numpy as np
+
+from rotflex.errors import ConfigurationError, RotflexError
+from rotflex.units import DEG, GRAM, INCH, OZ_IN, REV, RPM, Vector
 
 
 def one_of(what: str, value: Any, allowed: Iterable[Any]) -> Any:
@@ -40,6 +42,25 @@ def in_radians(what: str, angle: float) -> float:
     if abs(angle) > REV / 2:
         raise ConfigurationError(f"{what} = {angle:g} rad is {angle / DEG:.0f} deg; did you mean {angle:g} * DEG?")
     return angle
+
+
+def finite_vector(what: str, values: Any, error: type[RotflexError] = ConfigurationError) -> Vector:
+    """Return a copy of ``values``, an array (n,) of finite numbers.
+
+    Raises
+    ------
+    RotflexError
+        The ``error``, if they are anything else; the message calls them ``what``.
+    """
+    try:
+        vector = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as why:
+        raise error(f"{what} must be an array of numbers: {why}.") from None
+    if vector.ndim != 1:
+        raise error(f"{what} must be one-dimensional; its shape is {vector.shape}.")
+    if not np.isfinite(vector).all():
+        raise error(f"{what} has a value that is not finite at sample {int(np.argmin(np.isfinite(vector)))}.")
+    return vector
 
 
 # --- the servo -------------------------------------------------------------------------------------------------------

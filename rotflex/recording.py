@@ -19,17 +19,17 @@ import html
 import json
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rotflex import files, recording_files, unanswered
+from rotflex.config import finite_vector
 from rotflex.errors import RecordingError
-from rotflex.units import DEG
+from rotflex.units import DEG, Vector
 
 __all__ = ["UNITS", "Channel", "Recording"]
 
@@ -56,7 +56,7 @@ _SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries
 class Channel:
     """One signal: ``values`` (n,) in ``unit``."""
 
-    values: NDArray[np.float64]
+    values: Vector
     unit: str
 
 
@@ -77,12 +77,12 @@ class Recording:
         in its unit.
     """
 
-    time: NDArray[np.float64]
+    time: Vector
     channels: Mapping[str, Channel]
     metadata: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        time = _finite_vector("time", self.time)
+        time = _read_only("time", self.time)
         if time.size < 2:
             raise RecordingError(f"A recording needs at least two samples; this one has {time.size}.")
         steps = np.diff(time)
@@ -95,7 +95,7 @@ class Recording:
             )
         channels = {}
         for name, channel in self.channels.items():
-            values = _finite_vector(f"channel {name!r}", channel.values)
+            values = _read_only(f"channel {name!r}", channel.values)
             if values.size != time.size:
                 raise RecordingError(f"Channel {name!r} has {values.size} samples, the time has {time.size}.")
             if channel.unit != UNITS.get(name, channel.unit):
@@ -113,7 +113,7 @@ class Recording:
             raise RecordingError(f"There is no channel {unknown[0]!r}; there are {', '.join(UNITS)}.")
         return cls(time, {name: Channel(values, UNITS[name]) for name, values in channels.items()}, metadata or {})
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> Vector:
         """Samples (n,) of a channel, in SI units."""
         if name not in self.channels:
             raise RecordingError(f"This recording has no channel {name!r}; it has {', '.join(self.channels)}.")
@@ -150,7 +150,7 @@ class Recording:
         """Sample time, s."""
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
 
-    def degrees(self, name: str) -> NDArray[np.float64]:
+    def degrees(self, name: str) -> Vector:
         """Samples (n,) of an angle, in degrees, for plots and tables."""
         values = self[name]
         if self.channels[name].unit != "rad":
@@ -167,6 +167,10 @@ class Recording:
         parts = {name: Channel(channel.values[inside], channel.unit) for name, channel in self.channels.items()}
         first = int(np.argmax(inside))
         return Recording(time - time[0], parts, unanswered.cut(self.metadata, first, time.size))
+
+    def with_channels(self, **channels: Any) -> Recording:
+        """Return this recording with further channels, or others in the place of its own; see :meth:`of`."""
+        return replace(self, channels={**self.channels, **Recording.of(self.time, **channels).channels})
 
     def save(self, path: str | os.PathLike[str], variables: Iterable[str] | None = None) -> Path:
         """Save to ``.mat`` (version 5, for MATLAB and Octave) or ``.csv``, by the name's ending.
@@ -218,10 +222,10 @@ class Recording:
             raise RecordingError("columns= names those of one file: load one file at a time.")
         if names or (len(paths) == 1 and Path(paths[0]).suffix.lower() in recording_files.ENDINGS):
             return _read_table(Path(paths[0]), names)
-        arrays: dict[str, NDArray[np.float64]] = {}
+        arrays: dict[str, Vector] = {}
         metadata: dict[str, Any] = {}
         for path in map(Path, paths):
-            found, described = _read_mat(path)
+            found, described = recording_files.arrays(path)
             differing = [name for name in found if name in arrays and not np.array_equal(found[name], arrays[name])]
             for key in ("bench", "experiment"):
                 if key in metadata and described.get(key, metadata[key]) != metadata[key]:
@@ -238,7 +242,7 @@ class Recording:
 
     # --- the files' layout ---------------------------------------------------------------------------------------
 
-    def _arrays(self) -> dict[str, NDArray[np.float64]]:
+    def _arrays(self) -> dict[str, Vector]:
         """The channels as the laboratory's arrays, in degrees and volts."""
         arrays = {}
         second = {"theta": "theta_model" if "theta_model" in self else "theta_ref", "alpha": "alpha_model"}
@@ -259,13 +263,13 @@ class Recording:
             arrays[recording_files.OTHER] = np.column_stack([self.time, *(self[name] for name in other)])
         return arrays
 
-    def _placed(self, arrays: Mapping[str, NDArray[np.float64]]) -> set[str]:
+    def _placed(self, arrays: Mapping[str, Vector]) -> set[str]:
         """Names of the channels that some of the laboratory's arrays hold."""
         usual = {name: array for name, array in arrays.items() if name != recording_files.OTHER}
         return set(self._from_arrays(usual, self.metadata).channels) if usual else set()
 
     @classmethod
-    def _from_arrays(cls, arrays: Mapping[str, NDArray[np.float64]], metadata: Mapping[str, Any]) -> Recording:
+    def _from_arrays(cls, arrays: Mapping[str, Vector], metadata: Mapping[str, Any]) -> Recording:
         time = next(iter(arrays.values()))[:, 0]
         metadata = dict(metadata)
         other = _take_other(metadata)
@@ -343,24 +347,10 @@ def saved_ending(path: Path) -> str:
     return ending
 
 
-def _finite_vector(what: str, values: Any) -> NDArray[np.float64]:
-    try:
-        vector = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise RecordingError(f"The {what} is not an array of numbers: {error}") from None
-    if vector.ndim != 1:
-        raise RecordingError(f"The {what} must be one-dimensional; its shape is {vector.shape}.")
-    if not np.isfinite(vector).all():
-        raise RecordingError(
-            f"The {what} has a value that is not finite at sample {int(np.argmin(np.isfinite(vector)))}."
-        )
+def _read_only(what: str, values: Any) -> Vector:
+    vector = finite_vector(f"The {what}", values, RecordingError)
     vector.setflags(write=False)
     return vector
-
-
-def _read_mat(path: Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, Any]]:
-    arrays, described = recording_files.arrays(path)
-    return arrays, recording_files.metadata_of(described, path.name) if described else {}
 
 
 def _take_other(metadata: dict[str, Any]) -> dict[str, str]:

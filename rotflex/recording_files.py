@@ -183,13 +183,14 @@ def metadata_of(text: str, source: str) -> dict[str, Any]:
 # --- MATLAB, Simulink, Octave -----------------------------------------------------------------------------------------
 
 
-def arrays(path: Path) -> tuple[dict[str, Array], str]:
-    """The known arrays of a file, each with a row for each sample, and what it says of itself ("" for nothing).
+def arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
+    """The known arrays of a file, each with a row for each sample, and its description.
 
     Raises
     ------
     RecordingError
-        If the file cannot be read, holds none of the arrays, or one in several places, or one of another form.
+        If the file cannot be read, holds none of the arrays, or one in several places, or one of another form; or its
+        description is no JSON object.
     """
     content = _content(path)
     places = list(_places(content))
@@ -210,7 +211,8 @@ def arrays(path: Path) -> tuple[dict[str, Array], str]:
         hint = f" It holds a matrix without names. {name_columns(min(rows))}" if any(rows) else ""
         raise RecordingError(f"{path.name} holds none of {', '.join(COLUMNS)}.{hint}")
     described = np.asarray(content.get(METADATA, ""))
-    return made, str(described.flat[0]) if described.size else ""
+    text = str(described.flat[0]) if described.size else ""
+    return made, metadata_of(text, path.name) if text else {}
 
 
 def matrix(path: Path, count: int) -> Array:

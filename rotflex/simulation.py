@@ -23,7 +23,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from rotflex import __version__
-from rotflex.config import DAC_LIMIT, Servo, in_radians, one_of
+from rotflex.config import DAC_LIMIT, Servo, finite_vector, in_radians, one_of
 from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
 from rotflex.plant import Plant, PlantParameters, State
@@ -429,15 +429,9 @@ def _matrix(name: str, value: Any, shapes: list[tuple[int, ...]]) -> Vector:
 
 
 def _reference(value: Any) -> Vector:
-    try:
-        reference = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise RecordingError("The reference must be an array of numbers: angles in rad, one per sample.") from None
-    if reference.ndim != 1 or reference.size < 2 or not np.isfinite(reference).all():
-        raise RecordingError(
-            "The reference must be a vector of two or more finite angles in rad, one per sample; its shape is "
-            f"{reference.shape}."
-        )
+    reference = finite_vector("The reference (angles in rad, one per sample)", value, RecordingError)
+    if reference.size < 2:
+        raise RecordingError(f"The reference must have two or more angles; it has {reference.size}.")
     return reference
 
 

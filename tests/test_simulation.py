@@ -155,7 +155,7 @@ def test_a_wrong_matrix_is_named_with_its_shape(wrong, named):
 
 @pytest.mark.parametrize("reference", [[0.1], [0.1, np.nan], np.zeros((10, 2)), "square"])
 def test_a_wrong_reference_is_refused(reference):
-    with pytest.raises(RecordingError, match="reference must be"):
+    with pytest.raises(RecordingError, match="The reference"):
         closed_loop(A, B, K, reference)
 
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rotflex.config import finite_vector
 from rotflex.errors import ConfigurationError
+from rotflex.units import Vector
 
 __all__ = ["chirp", "rate_limit", "shaped", "smooth_square_wave", "square_wave", "step", "time_axis"]
 
@@ -25,7 +26,7 @@ def __dir__() -> list[str]:
 _EDGE_TOLERANCE = 1e-9
 
 
-def time_axis(duration: float, sample_time: float) -> NDArray[np.float64]:
+def time_axis(duration: float, sample_time: float) -> Vector:
     """Sample times (s) from 0 to ``duration``, both ends included: 10 s at 2 ms are 5001 samples.
 
     Raises
@@ -41,7 +42,7 @@ def time_axis(duration: float, sample_time: float) -> NDArray[np.float64]:
     return np.arange(intervals + 1, dtype=np.float64) * sample_time
 
 
-def chirp(t: Any, f_start: float, f_stop: float, amplitude: float = 1.0) -> NDArray[np.float64]:
+def chirp(t: Any, f_start: float, f_stop: float, amplitude: float = 1.0) -> Vector:
     """Sine whose frequency runs linearly from ``f_start`` at the first sample to ``f_stop`` at the last (Hz).
 
     The frequency is the derivative of the phase, and the phase starts at 0: so does the signal.
@@ -59,14 +60,18 @@ def chirp(t: Any, f_start: float, f_stop: float, amplitude: float = 1.0) -> NDAr
     """
     time = _times(t)
     f_start, f_stop = _positive("f_start", f_start, "Hz"), _positive("f_stop", f_stop, "Hz")
-    _below_nyquist(max(f_start, f_stop), _sample_time(time))
+    highest, sample_time = max(f_start, f_stop), _sample_time(time)
+    if highest >= 0.5 / sample_time:
+        raise ConfigurationError(
+            f"{highest:g} Hz cannot be sampled every {sample_time:g} s: stay below {0.5 / sample_time:g} Hz."
+        )
     elapsed = time - time[0]
     acceleration = (f_stop - f_start) / elapsed[-1]  # Hz/s
-    signal: NDArray[np.float64] = amplitude * np.sin(2 * np.pi * (f_start * elapsed + acceleration * elapsed**2 / 2))
+    signal: Vector = amplitude * np.sin(2 * np.pi * (f_start * elapsed + acceleration * elapsed**2 / 2))
     return signal
 
 
-def square_wave(t: Any, frequency: float, amplitude: float = 1.0) -> NDArray[np.float64]:
+def square_wave(t: Any, frequency: float, amplitude: float = 1.0) -> Vector:
     """Square wave between ±``amplitude``, positive in the half period that begins at t = 0.
 
     A sample on an edge has the new value, whatever the rounding of ``t``.
@@ -87,12 +92,12 @@ def square_wave(t: Any, frequency: float, amplitude: float = 1.0) -> NDArray[np.
     return amplitude * np.where(which % 2 == 0, 1.0, -1.0)
 
 
-def step(t: Any, amplitude: float, at: float = 0.0) -> NDArray[np.float64]:
+def step(t: Any, amplitude: float, at: float = 0.0) -> Vector:
     """Step from 0 to ``amplitude`` at the time ``at`` (s); a sample at that time has the new value."""
     return amplitude * (_times(t) >= at - _EDGE_TOLERANCE * max(1.0, abs(at))).astype(np.float64)
 
 
-def rate_limit(x: Any, rate: float, sample_time: float, initial: float = 0.0) -> NDArray[np.float64]:
+def rate_limit(x: Any, rate: float, sample_time: float, initial: float = 0.0) -> Vector:
     """Follow ``x`` without moving by more than ``rate * sample_time`` from one sample to the next.
 
     Parameters
@@ -110,7 +115,7 @@ def rate_limit(x: Any, rate: float, sample_time: float, initial: float = 0.0) ->
     largest = _positive("rate", rate, "1/s") * _positive("sample_time", sample_time, "s")
     limited = []
     y = float(initial)
-    for wanted in _vector("x", x).tolist():
+    for wanted in finite_vector("x", x).tolist():
         change = wanted - y
         # The tolerance lands a ramp of a whole number of steps on its end, not one rounding error short of it.
         y = wanted if abs(change) <= largest * (1 + _EDGE_TOLERANCE) else y + np.copysign(largest, change)
@@ -118,7 +123,7 @@ def rate_limit(x: Any, rate: float, sample_time: float, initial: float = 0.0) ->
     return np.array(limited)
 
 
-def smooth_square_wave(t: Any, frequency: float, amplitude: float, rate: float) -> NDArray[np.float64]:
+def smooth_square_wave(t: Any, frequency: float, amplitude: float, rate: float) -> Vector:
     """Square wave of ±1 through a rate limiter that starts from 0, times ``amplitude`` (Section 3.4.2).
 
     Parameters
@@ -137,7 +142,7 @@ def smooth_square_wave(t: Any, frequency: float, amplitude: float, rate: float) 
     return amplitude * rate_limit(square_wave(time, frequency), rate, _sample_time(time))
 
 
-def shaped(x: Any, omega_n: float, zeta: float, sample_time: float) -> NDArray[np.float64]:
+def shaped(x: Any, omega_n: float, zeta: float, sample_time: float) -> Vector:
     """Shape a command so that it leaves no swing of one oscillation (zero-vibration shaper; Singer and Seering, 1990).
 
     The result is a weighted mean of the command and of the command half a damped period later. Half a period is seldom
@@ -155,7 +160,7 @@ def shaped(x: Any, omega_n: float, zeta: float, sample_time: float) -> NDArray[n
     ConfigurationError
         If ``x`` is not a vector of numbers, or another value is out of its range.
     """
-    command, omega_n = _vector("x", x), _positive("omega_n", omega_n, "rad/s")
+    command, omega_n = finite_vector("x", x), _positive("omega_n", omega_n, "rad/s")
     if not 0 <= zeta < 1:
         raise ConfigurationError(f"zeta is {zeta!r}; it must be at least 0 and below 1.")
     root = np.sqrt(1 - zeta**2)
@@ -172,30 +177,13 @@ def _positive(what: str, value: float, unit: str) -> float:
     return float(value)
 
 
-def _vector(what: str, values: Any) -> NDArray[np.float64]:
-    try:
-        vector = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ConfigurationError(f"{what} must be a vector of numbers; it is {values!r}.") from None
-    if vector.ndim != 1 or not np.isfinite(vector).all():
-        raise ConfigurationError(f"{what} must be a vector of finite numbers; its shape is {vector.shape}.")
-    return vector
+def _times(t: Any) -> Vector:
+    return finite_vector("t, the sample times in s,", t)
 
 
-def _times(t: Any) -> NDArray[np.float64]:
-    return _vector("t, the sample times in s,", t)
-
-
-def _sample_time(time: NDArray[np.float64]) -> float:
+def _sample_time(time: Vector) -> float:
     """Spacing of an evenly spaced time axis, s."""
     spacing = np.diff(time)
     if spacing.size == 0 or spacing.min() <= 0 or np.ptp(spacing) > 1e-3 * spacing.min():
         raise ConfigurationError("t must be two or more evenly increasing sample times, in s; see time_axis.")
     return float((time[-1] - time[0]) / spacing.size)
-
-
-def _below_nyquist(frequency: float, sample_time: float) -> None:
-    if frequency >= 0.5 / sample_time:
-        raise ConfigurationError(
-            f"{frequency:g} Hz cannot be sampled every {sample_time:g} s: stay below {0.5 / sample_time:g} Hz."
-        )

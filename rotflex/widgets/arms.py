@@ -21,7 +21,7 @@ from rotflex.course.reflection.common import stored_recording
 from rotflex.errors import NotRecorded, RotflexError
 from rotflex.hil.controllers import PositionServo
 from rotflex.plant import PlantParameters
-from rotflex.recording import Channel, Recording
+from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.specifications import AMPLITUDE, FREQUENCY, RATE, SAMPLE_TIME
 from rotflex.units import DEG
@@ -200,8 +200,8 @@ def watch_model(lab: Lab) -> ArmsExplorer:
     """Bench and model side by side, as a notebook makes it: answer 2.15, or another arm before."""
 
     def side_by_side(compared: Recording, *more: Readout) -> ArmsExplorer:
-        model = {name: compared.channels[f"{name}_model"] for name in ("theta", "alpha")}
-        return ArmsExplorer([Arm("bench", "measured", compared), Arm("model", "model", _with(compared, **model))], more)
+        model = compared.with_channels(theta=compared["theta_model"], alpha=compared["alpha_model"])
+        return ArmsExplorer([Arm("bench", "measured", compared), Arm("model", "model", model)], more)
 
     return another_arm.unless_answered(
         lab,
@@ -209,10 +209,6 @@ def watch_model(lab: Lab) -> ArmsExplorer:
         lambda: side_by_side(stored_recording(lab.value("2.15", "validation"))),
         lambda: side_by_side(another_arm.validated(), another_arm.notice("2.15")),
     )
-
-
-def _with(recording: Recording, **channels: Channel) -> Recording:
-    return Recording(recording.time, {**recording.channels, **channels}, recording.metadata)
 
 
 # --- before and after the controller (Section 3.5) --------------------------------------------------------------------
@@ -311,7 +307,7 @@ def figures_of(recording: Recording) -> dict[str, float]:
     dict
         By the names in :data:`FIGURES`: s, %, deg, V, s. What cannot be measured is left out.
     """
-    end = _with(recording, theta=Channel(recording["theta"] + recording["alpha"], "rad"))
+    end = recording.with_channels(theta=recording["theta"] + recording["alpha"])
     try:
         servo, arm = (response.worst(response.measure(one)) for one in (recording, end))
     except RotflexError:

@@ -18,7 +18,7 @@ from rotflex.controller import Controller
 from rotflex.errors import BenchError, RotflexError
 from rotflex.hil import Bench
 from rotflex.hil.controllers import StateFeedback
-from rotflex.recording import Channel, Recording
+from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import DERIVATIVE_CUTOFF
 from rotflex.specifications import AMPLITUDE, FREQUENCY, RATE, SAMPLE_TIME, SETTLING_BAND
@@ -98,8 +98,7 @@ class DesignsExplorer(ArmsExplorer):
                 kept = bench.recorder.unfinished
                 if kept is None:
                     raise
-                command = Channel(trial.reference[: len(kept)], "rad")
-                part = recording = replace(kept, channels={"theta_ref": command, **kept.channels})
+                part = recording = kept.with_channels(theta_ref=trial.reference[: len(kept)])
         return Arm(name, "measured", recording, _figures(part))
 
     def view(self) -> Scene:
@@ -174,7 +173,7 @@ def _figures(recording: Recording) -> dict[str, float]:
     starts = moves[np.diff(recording.time[moves], prepend=-np.inf) > _TURN]
     for start, stop in pairwise([*starts.tolist(), len(steps)]):
         steps[start:stop] = steps[stop - 1]
-    stepped = replace(recording, channels={**recording.channels, "theta_ref": Channel(steps, "rad")})
+    stepped = recording.with_channels(theta_ref=steps)
     try:
         settling = response.worst(response.measure(stepped, _BAND / max(np.abs(steps).max(), DEG))).settling_time
         swing, noise = response.swing(stepped) / DEG, response.voltage_noise(stepped)
