@@ -9,11 +9,12 @@ and leaves the motor at 0 V. A virtual bench begins each experiment in the same 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rotflex.config import in_radians, one_of
 from rotflex.controller import Controller, name_of
@@ -22,11 +23,11 @@ from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
 from rotflex.hil.loop import listen, run
 from rotflex.hil.replay import RecordedRuns
-from rotflex.recording import Channel, Recording
+from rotflex.recording import Recording
 from rotflex.signals import chirp, smooth_square_wave, square_wave, step, time_axis
 from rotflex.simulation import along, matrices, takes_systems
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, RATE, SAMPLE_TIME
-from rotflex.units import DEG, HZ
+from rotflex.units import DEG, HZ, Vector
 
 __all__ = [
     "FOLLOWING",
@@ -168,15 +169,13 @@ def validation(
     settings = {"experiment": "validation", "signal": signal}
     measured = _validated(bench, signal, amplitude, duration, settings, progress)
     angles, cut = along(A, B, measured["vm"], SAMPLE_TIME, MODEL_BOUND)
-    simulated = {
-        f"{name}_model": Channel(values, "rad") for name, values in zip(("theta", "alpha"), angles, strict=True)
-    }
-    metadata = dict(measured.metadata)
-    if cut is not None:
-        metadata["model_cut_at"] = float(measured.time[cut])
-        if progress:
-            print(_RAN_AWAY.format(time=metadata["model_cut_at"], bound=MODEL_BOUND, turns=MODEL_BOUND / (2 * np.pi)))
-    return Recording(measured.time, {**measured.channels, **simulated}, metadata)
+    compared = measured.with_channels(theta_model=angles[0], alpha_model=angles[1])
+    if cut is None:
+        return compared
+    cut_at = float(measured.time[cut])
+    if progress:
+        print(_RAN_AWAY.format(time=cut_at, bound=MODEL_BOUND, turns=MODEL_BOUND / (2 * np.pi)))
+    return replace(compared, metadata={**measured.metadata, "model_cut_at": cut_at})
 
 
 def tracking(
@@ -270,11 +269,8 @@ def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Record
         theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest. A replay gives at most
         what was recorded, with its voltage (no vm, where none was recorded).
     """
-    samples, settings = time_axis(duration, SAMPLE_TIME).size, {"experiment": "watch"}
-    if isinstance(bench.connection.recorded, RecordedRuns):
-        bench.connection.recorded.choose(settings, None, np.zeros(samples), SAMPLE_TIME)
-    bench.renew()
-    return _finished(bench, listen(bench, samples, SAMPLE_TIME, settings, progress))
+    nothing = np.zeros(time_axis(duration, SAMPLE_TIME).size)
+    return _run(bench, None, nothing, {"experiment": "watch"}, progress, from_rest=False)
 
 
 def hold(bench: Bench, duration: float = 20.0, progress: bool = True) -> Recording:
@@ -291,11 +287,8 @@ def hold(bench: Bench, duration: float = 20.0, progress: bool = True) -> Recordi
     Recording
         theta_ref, theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest.
     """
-    reference, settings = np.zeros(time_axis(duration, SAMPLE_TIME).size), {"experiment": "hold"}
-    if isinstance(bench.connection.recorded, RecordedRuns):
-        bench.connection.recorded.choose(settings, HOLDING(), reference, SAMPLE_TIME)
-    bench.renew()
-    return _finished(bench, run(bench, HOLDING(), reference, SAMPLE_TIME, settings, progress))
+    straight_on = np.zeros(time_axis(duration, SAMPLE_TIME).size)
+    return _run(bench, HOLDING(), straight_on, {"experiment": "hold"}, progress, from_rest=False)
 
 
 def rest(bench: Bench) -> None:
@@ -329,28 +322,35 @@ def rest(bench: Bench) -> None:
 
 def _run(
     bench: Bench,
-    controller: Controller,
-    reference: NDArray[np.float64],
+    controller: Controller | None,
+    reference: Vector,
     settings: dict[str, Any],
     progress: bool,
     sample_time: float = SAMPLE_TIME,
+    from_rest: bool = True,
 ) -> Recording:
-    """Bring the arm to rest, and run a controller that is made for this sample time."""
+    """Run a controller that is made for this sample time, or listen without one; tell who stores the recording.
+
+    A bench of recordings gives the very angles of its own.
+    """
     made_for = getattr(controller, "sample_time", None)
     if made_for is not None and not np.isclose(made_for, sample_time, rtol=1e-6):
         raise DesignError(
             f"The controller is made for a sample_time of {made_for:g} s; the run has {sample_time:g} s. Use the same."
         )
-    if isinstance(bench.connection.recorded, RecordedRuns):
-        bench.connection.recorded.choose(settings, controller, reference, sample_time)
-    rest(bench)
-    return _finished(bench, run(bench, controller, reference, sample_time, settings, progress))
-
-
-def _finished(bench: Bench, measured: Recording) -> Recording:
-    """What was measured, with the very angles of the recording on a bench of recordings; tell who stores it."""
-    if isinstance(bench.connection.recorded, RecordedRuns):
-        measured = bench.connection.recorded.exactly(measured)
+    recorded = bench.connection.recorded
+    if isinstance(recorded, RecordedRuns):
+        recorded.choose(settings, controller, reference, sample_time)
+    if from_rest:
+        rest(bench)
+    else:
+        bench.renew()
+    if controller is None:
+        measured = listen(bench, reference.size, sample_time, settings, progress)
+    else:
+        measured = run(bench, controller, reference, sample_time, settings, progress)
+    if isinstance(recorded, RecordedRuns):
+        measured = recorded.exactly(measured)
     if bench.recorder.on_recorded is not None:
         bench.recorder.on_recorded(measured)
     return measured
@@ -365,13 +365,12 @@ def _validated(
     progress: bool,
 ) -> Recording:
     """Drive the bench with a validation's voltage ("recorded", "square", or a step), and return the recording."""
-    if bench.connection.recorded is not None and signal == "recorded":
-        recorded = bench.connection.recorded.duration
-        samples = time_axis(min(duration or recorded, recorded), SAMPLE_TIME).size
-        if bench.connection.recorded.voltage(samples, SAMPLE_TIME) is None:
-            raise BenchError(f"{bench.connection.recorded.name} has no channel vm: no voltage drives the model.")
-        bench.renew()
-        return listen(bench, samples, SAMPLE_TIME, settings, progress)
+    recorded = bench.connection.recorded
+    if recorded is not None and signal == "recorded":
+        nothing = np.zeros(time_axis(min(duration or recorded.duration, recorded.duration), SAMPLE_TIME).size)
+        if recorded.voltage(nothing.size, SAMPLE_TIME) is None:
+            raise BenchError(f"{recorded.name} has no channel vm: no voltage drives the model.")
+        return _run(bench, None, nothing, settings, progress, from_rest=False)
     if signal == "square":
         t = time_axis(duration or 10.0, SAMPLE_TIME)
         volts = square_wave(t, 0.5, 1.5 if amplitude is None else amplitude)
