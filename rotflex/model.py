@@ -27,16 +27,7 @@ from rotflex.units import Array
 if TYPE_CHECKING:
     from control import StateSpace
 
-__all__ = [
-    "INPUTS",
-    "OUTPUTS",
-    "STATES",
-    "Controllability",
-    "controllability",
-    "poles",
-    "stability",
-    "state_space",
-]
+__all__ = ["INPUTS", "OUTPUTS", "STATES", "Controllability", "controllability", "poles", "stability", "state_space"]
 
 
 def __dir__() -> list[str]:

@@ -26,15 +26,7 @@ from rotflex.units import Array
 if TYPE_CHECKING:
     from control import StateSpace
 
-__all__ = [
-    "Observability",
-    "gramian",
-    "kalman_gain",
-    "observability",
-    "observer_poles",
-    "process_noise",
-    "uncertainty",
-]
+__all__ = ["Observability", "gramian", "kalman_gain", "observability", "observer_poles", "process_noise", "uncertainty"]
 
 
 def __dir__() -> list[str]:

@@ -29,15 +29,7 @@ from rotflex.units import Array
 if TYPE_CHECKING:
     from control import StateSpace
 
-__all__ = [
-    "Margins",
-    "emulated_poles",
-    "gain_by_place",
-    "longest_sample_time",
-    "margins",
-    "poles_in_z",
-    "sample",
-]
+__all__ = ["Margins", "emulated_poles", "gain_by_place", "longest_sample_time", "margins", "poles_in_z", "sample"]
 
 
 def __dir__() -> list[str]:

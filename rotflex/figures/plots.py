@@ -10,18 +10,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
-from rotflex.figures.pictures import (
-    BLACK,
-    BLUE,
-    GREEN,
-    PURPLE,
-    ROLES,
-    VERMILLION,
-    WIDTH,
-    Picture,
-    new_picture,
-    style,
-)
+from rotflex.figures.pictures import BLACK, BLUE, GREEN, PURPLE, ROLES, VERMILLION, WIDTH, Picture, new_picture, style
 from rotflex.specifications import LIMITS, SETTLING_BAND
 from rotflex.units import DEG
 

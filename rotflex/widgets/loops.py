@@ -126,10 +126,7 @@ def _of_a_runaway(runaway: Runaway) -> list[Row]:
     end = [Row("limit of the bench", (f"not within {HORIZON:g} s",)), Row("", ())]
     if runaway.stopped is not None:
         reached = f"{runaway.limit / DEG:.0f} deg of {runaway.what} after {runaway.stopped:.2f} s"
-        end = [
-            Row(f"step of {STEP / DEG:.0f} deg", (reached,)),
-            Row("then", ("stopped by the safety, 0 V",)),
-        ]
+        end = [Row(f"step of {STEP / DEG:.0f} deg", (reached,)), Row("then", ("stopped by the safety, 0 V",))]
     where = f"at {number(round(runaway.growth, 3) + 0.0)} rad/s"
     words = "unstable" if runaway.growth > BORDER else "on the border"
     return [Row("rightmost pole", (where,), "missed", words), Row("swings", (grows,)), *end]

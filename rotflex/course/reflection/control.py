@@ -33,16 +33,7 @@ from rotflex.course.spare_design import runs_away
 from rotflex.errors import RotflexError
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import closed_loop, with_actuator
-from rotflex.specifications import (
-    AMPLITUDE,
-    DURATION,
-    FREQUENCY,
-    OMEGA_N,
-    RATE,
-    SAMPLE_TIME,
-    SETTLING_BAND,
-    ZETA,
-)
+from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, OMEGA_N, RATE, SAMPLE_TIME, SETTLING_BAND, ZETA
 from rotflex.units import DEG
 
 _AXIS = 1e-3  # of the fastest pole: what is nearer to the imaginary axis is on it
