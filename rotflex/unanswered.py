@@ -57,17 +57,16 @@ def of_clock(drift: float) -> str:
 
 
 def _counted(metadata: Mapping[str, Any]) -> tuple[int, int]:
-    counted = [table_of(metadata, TIMING).get(name) for name in ("late", "missed")]
+    counted = map(table_of(metadata, TIMING).get, ("late", "missed"))
     late, missed = (value if type(value) is int and value > 0 else 0 for value in counted)
     return late, missed
 
 
 def stretches(metadata: Mapping[str, Any], name: str) -> list[Stretch]:
     """Those of a kind, in order; none where the metadata say nothing that can be understood."""
-    noted = table_of(metadata, TIMING).get(name)
+    noted, found = table_of(metadata, TIMING).get(name), []
     if not isinstance(noted, list | tuple):
         return []
-    found = []
     for one in noted:
         if not isinstance(one, list | tuple) or len(one) != 2 or not all(type(value) is int for value in one):
             return []
@@ -88,15 +87,10 @@ def mask(spans: list[Stretch], samples: int) -> NDArray[np.bool_]:
 
 def cut(metadata: Mapping[str, Any], first: int, samples: int) -> dict[str, Any]:
     """The metadata of a part of a recording: so many samples from one on."""
-    timing = table_of(metadata, TIMING)
-    if not timing:
-        return dict(metadata)
-    parts: dict[str, Any] = {}
-    for name in (HELD, LOST):
-        if name in timing:
-            ends = [
-                (max(begin - first, 0), min(begin - first + count, samples))
-                for begin, count in stretches(metadata, name)
-            ]
-            parts[name] = [[begin, end - begin] for begin, end in ends if end > begin]
-    return {**metadata, TIMING: {**timing, **parts}}
+    timing = dict(table_of(metadata, TIMING))
+    for name in timing.keys() & {HELD, LOST}:
+        ends = [
+            (max(begin - first, 0), min(begin - first + count, samples)) for begin, count in stretches(metadata, name)
+        ]
+        timing[name] = [[begin, end - begin] for begin, end in ends if end > begin]
+    return {**metadata, TIMING: timing} if timing else dict(metadata)
