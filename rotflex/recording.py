@@ -108,9 +108,9 @@ class Recording:
     @classmethod
     def of(cls, time: Any, metadata: Mapping[str, Any] | None = None, **channels: Any) -> Recording:
         """Build a recording from arrays in SI units, with the known channel names: ``Recording.of(t, alpha=alpha)``."""
-        unknown = [name for name in channels if name not in UNITS]
-        if unknown:
-            raise RecordingError(f"There is no channel {unknown[0]!r}; there are {', '.join(UNITS)}.")
+        for name in channels:
+            if name not in UNITS:
+                raise RecordingError(f"There is no channel {name!r}; there are {', '.join(UNITS)}.")
         return cls(time, {name: Channel(values, UNITS[name]) for name, values in channels.items()}, metadata or {})
 
     def __getitem__(self, name: str) -> Vector:
@@ -227,9 +227,8 @@ class Recording:
         for path in map(Path, paths):
             found, described = recording_files.arrays(path)
             differing = [name for name in found if name in arrays and not np.array_equal(found[name], arrays[name])]
-            for key in ("bench", "experiment"):
-                if key in metadata and described.get(key, metadata[key]) != metadata[key]:
-                    differing.append(key)
+            known = {key: metadata[key] for key in ("bench", "experiment") if key in metadata}
+            differing += [key for key, value in known.items() if described.get(key, value) != value]
             if differing:
                 raise RecordingError(f"{path.name} is of another experiment than the files before: see {differing[0]}.")
             arrays |= found

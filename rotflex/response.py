@@ -189,7 +189,7 @@ def worst(steps: Sequence[StepResponse]) -> Summary:
 
 def verdict(summary: Summary, specifications: Sequence[Specification] = SPECIFICATIONS) -> list[Finding]:
     """Hold a summary against specifications, one finding each."""
-    return [_judge(summary, specification) for specification in specifications]
+    return [_judge(getattr(summary, one.quantity), one) for one in specifications]
 
 
 # --- finding the steps -----------------------------------------------------------------------------------------------
@@ -246,10 +246,9 @@ def _with_start_up(
 def _measure_step(recording: Recording, part: slice, step: StepResponse, band: float) -> StepResponse:
     theta = recording["theta"][part]
     rest = float(np.mean(theta[-max(1, round(_STEADY_PART * theta.size)) :]))
-    measured: dict[str, Any] = {"steady_state_error": step.after - rest}
-    for name in ("alpha", "vm"):
-        if name in recording:
-            measured[f"max_{name}"] = float(np.abs(recording[name][part]).max())
+    there = [name for name in ("alpha", "vm") if name in recording]
+    measured: dict[str, Any] = {f"max_{name}": float(np.abs(recording[name][part]).max()) for name in there}
+    measured["steady_state_error"] = step.after - rest
     moved = (rest - theta[0]) * step.direction
     if moved < _FOLLOWED * step.size:
         seconds = theta.size * recording.sample_time
@@ -289,19 +288,18 @@ def _at(step: StepResponse) -> str:
 # --- the specifications ----------------------------------------------------------------------------------------------
 
 
-def _judge(summary: Summary, specification: Specification) -> Finding:
-    value, limit = getattr(summary, specification.quantity), specification.limit
-    title = f"Specification {specification.number}, {specification.name}"
-    allowed = f"at most {with_unit(limit, specification.unit)}"
+def _judge(value: float | None, asked: Specification) -> Finding:
+    title = f"Specification {asked.number}, {asked.name}"
+    allowed = f"at most {with_unit(asked.limit, asked.unit)}"
     if value is None:
-        return Finding(specification, None, None, f"{title}: not measured ({allowed}).")
+        return Finding(asked, None, None, f"{title}: not measured ({allowed}).")
     if math.isinf(value):
-        return Finding(specification, value, False, f"{title}: not met, the angle does not settle; {allowed}.")
-    met = bool(value <= limit * (1 + 1e-9))
-    words = f"{title}: {'met' if met else 'not met'}, {with_unit(value, specification.unit)}; {allowed}."
-    if specification.quantity == "max_vm" and math.isclose(value, limit):
+        return Finding(asked, value, False, f"{title}: not met, the angle does not settle; {allowed}.")
+    met = bool(value <= asked.limit * (1 + 1e-9))
+    words = f"{title}: {'met' if met else 'not met'}, {with_unit(value, asked.unit)}; {allowed}."
+    if asked.quantity == "max_vm" and math.isclose(value, asked.limit):
         words += " The voltage was at its limit: the controller may have asked for more."
-    return Finding(specification, value, met, words)
+    return Finding(asked, value, met, words)
 
 
 def with_unit(value: float, unit: str) -> str:
@@ -328,11 +326,8 @@ def _later(recording: Recording, after: float) -> list[Recording]:
     turns = measure(recording)
     ends = [*(turn.start for turn in turns[1:]), float(recording.time[-1])]
     largest = max(turn.size for turn in turns)
-    parts = [
-        recording.between(turn.start + after, end)
-        for turn, end in zip(turns, ends, strict=True)
-        if turn.size >= _FULL_SIZE * largest and end > turn.start + after
-    ]
+    full = [(turn, end) for turn, end in zip(turns, ends, strict=True) if turn.size >= _FULL_SIZE * largest]
+    parts = [recording.between(turn.start + after, end) for turn, end in full if end > turn.start + after]
     if not parts:
         raise IdentificationError(f"No turn lasts longer than {after:g} s, so there is nothing to look at.")
     return parts

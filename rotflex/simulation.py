@@ -54,13 +54,12 @@ def takes_systems(function: Callable[..., Result]) -> Callable[..., Result]:
 
     @wraps(function)
     def taking(*given: Any, **named: Any) -> Result:
-        return function(*(part for one in given for part in (_parts(one) if _is_system(one) else (one,))), **named)
+        parts: list[Any] = []
+        for one in given:
+            parts += _parts(one) if all(hasattr(one, name) for name in ("A", "B", "state_labels")) else (one,)
+        return function(*parts, **named)
 
     return taking
-
-
-def _is_system(value: Any) -> bool:
-    return all(hasattr(value, name) for name in ("A", "B", "state_labels"))
 
 
 def _parts(system: StateSpace) -> tuple[Vector, Vector]:

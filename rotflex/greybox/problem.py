@@ -213,10 +213,12 @@ class Problem:
         self.count()
         return self.records[place].simulate(plant, value.get("delay", self.delay), value["alpha_offset"], rates)
 
-    def residual(self, unknowns: Vector, places: Sequence[int] | None = None) -> Vector:
-        """What is left of some recordings, or of all."""
-        chosen = range(len(self.records)) if places is None else places
-        return np.concatenate([self.records[place].residual(*self.simulate(unknowns, place)) for place in chosen])
+    def residual(self, unknowns: Vector) -> Vector:
+        """What is left of all recordings."""
+        return np.concatenate([self._residual(unknowns, place) for place in range(len(self.records))])
+
+    def _residual(self, unknowns: Vector, place: int) -> Vector:
+        return self.records[place].residual(*self.simulate(unknowns, place))
 
     def jacobian(self, unknowns: Vector, here: Vector) -> Jacobian:
         """Derivative of the residual, which is ``here``. The step does not shrink with an unknown that goes to zero."""
@@ -226,7 +228,7 @@ class Problem:
             there[index] += DIFFERENCE_STEP
             for place in range(len(self.records)) if one.of is None else (one.of,):
                 rows = self.rows[place]
-                columns[rows, index] = (self.residual(there, (place,)) - here[rows]) / DIFFERENCE_STEP
+                columns[rows, index] = (self._residual(there, place) - here[rows]) / DIFFERENCE_STEP
         return columns
 
     def _of_plant(self, name: str, place: int | None) -> Iterator[Unknown]:

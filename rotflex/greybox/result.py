@@ -249,13 +249,12 @@ class FitResult:
 
     def _correlation_warnings(self, names: Sequence[str]) -> list[str]:
         """Return a warning for each pair of parameters with strongly correlated estimates."""
-        text = (
-            "{one} and {other} can hardly be separated (correlation {correlation:.2f}): an error of one goes with an "
-            "error of the other. A recording of another motion separates them."
-        )
+        high = np.argwhere(np.abs(np.triu(self.correlation, 1)) >= _HIGH_CORRELATION)
         return [
-            text.format(one=names[row], other=names[column], correlation=self.correlation[row, column])
-            for row, column in zip(*np.nonzero(np.abs(np.triu(self.correlation, 1)) >= _HIGH_CORRELATION), strict=True)
+            f"{names[one]} and {names[other]} can hardly be separated (correlation "
+            f"{self.correlation[one, other]:.2f}): an error of one goes with an error of the other. A recording of "
+            "another motion separates them."
+            for one, other in high.tolist()
         ]
 
     def _in_ratio(self) -> str:
@@ -331,9 +330,8 @@ def result_of(chosen: Chosen, servo: Servo, joint: Joint) -> FitResult:
     problem, best, sure, fixed = chosen
     values = (best.values * problem.units).tolist()
     estimates, intervals = {}, {}
-    for name, value, error, reach in zip(
-        problem.names, values, sure.errors.tolist(), sure.reaches.tolist(), strict=True
-    ):
+    errors, reaches = sure.errors.tolist(), sure.reaches.tolist()
+    for name, value, error, reach in zip(problem.names, values, errors, reaches, strict=True):
         estimates[name], intervals[name] = Estimate(value, error), (value - reach, value + reach)
     own = _own(problem, values)
     for key, each in own.items():
