@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from labcourse import safe_text
-from labcourse.answers.answers import HEADS, ResultsTable
+from labcourse.answers.answers import HEADS
 from labcourse.scene.explorer import Explorer, written
 from labcourse.scene.scene import Button, Readout, Row, Scene
 
@@ -49,8 +49,10 @@ class ResultsExplorer(Explorer):
         if name == "refresh":
             return
         file_name = f"{self._number.lower().replace(' ', '_')}.{name}"
-        # The mark at the beginning tells spreadsheets that it is UTF-8.
-        content = as_csv(self.table).encode("utf-8-sig") if name == "csv" else as_html(self.table).encode()
+        if name == "csv":  # the mark at the beginning tells spreadsheets that it is UTF-8
+            content = safe_text.as_csv([HEADS, *self.table.rows]).encode("utf-8-sig")
+        else:
+            content = _PAGE.format(title=escape(self.table.title), table=self.table._repr_html_()).encode()
         path = written(Path.cwd() / file_name, content)
         self.notice = f"Saved as {path.name}, beside the notebook."
 
@@ -77,13 +79,3 @@ class ResultsExplorer(Explorer):
 def results_table(session: Session, number: str) -> ResultsExplorer:
     """A results table, as a notebook makes it; see :class:`ResultsExplorer`."""
     return ResultsExplorer(session, number)
-
-
-def as_csv(table: ResultsTable) -> str:
-    """A table as CSV, a line for each entry; the rows of a matrix are lines within its cell."""
-    return safe_text.as_csv([HEADS, *table.rows])
-
-
-def as_html(table: ResultsTable) -> str:
-    """A table as a page of its own."""
-    return _PAGE.format(title=escape(table.title), table=table._repr_html_())

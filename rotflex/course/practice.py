@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 import secrets
-from collections.abc import Collection
 from dataclasses import replace
 from types import TracebackType
 
@@ -111,29 +110,18 @@ class Practice:
         AnswerError
             If nothing was given, or something else than these two, or what is no number.
         """
-        _only_known(given)
+        unknown = [name for name in given if name not in NEAR]
+        if unknown or not given:
+            asked = f"not for {', '.join(unknown)}" if given else "nothing was given"
+            raise AnswerError(f"A practice bench is asked for {' and '.join(NEAR)}; {asked}.")
         numbers = {name: _number(name, value) for name, value in given.items()}
-        truth = self._truth()
+        parameters = self._spec().parameters
+        truth = {"omega_n": math.sqrt(parameters.K_s / parameters.J_l), "K_s": parameters.K_s}
         for name, value in numbers.items():
             print(_told(name, value, truth[name]))
 
-    def _truth(self) -> dict[str, float]:
-        parameters = self._spec().parameters
-        return {"omega_n": math.sqrt(parameters.K_s / parameters.J_l), "K_s": parameters.K_s}
-
     def _spec(self) -> VirtualPlantSpec:
         return student_bench(_OFFSET + self.number, draw=DRAW)
-
-
-def _only_known(given: Collection[str]) -> None:
-    unknown = [name for name in given if name not in NEAR]
-    if unknown or not given:
-        raise AnswerError(
-            "A practice bench is asked for {known}; {given}.".format(
-                known=" and ".join(NEAR),
-                given="nothing was given" if not given else f"not for {', '.join(unknown)}",
-            )
-        )
 
 
 def _number(name: str, value: object) -> float:

@@ -55,37 +55,31 @@ _TURNS_FARTHER = (
 _LARGEST = "Your simulation gave a largest deflection of the arm. What will it be on your bench?"
 _HOW_LONG = "Without feedback of the arm: how long will it swing after each turn, compared with full feedback?"
 
-PREDICTIONS = {
-    "2.9": (
-        Predictable(
-            number("time_of_largest_swing", "s", (0.0, 15.0), "", _WHEN, points=0),
-            (("2.9", "sweep"),),
-            _time_of_largest_swing,
-            "Which frequency did the sweep have then? Why does the arm swing widest there, in one sentence?",
-        ),
+_ALL = (
+    Predictable(
+        number("time_of_largest_swing", "s", (0.0, 15.0), "", _WHEN, points=0),
+        (("2.9", "sweep"),),
+        _time_of_largest_swing,
+        "Which frequency did the sweep have then? Why does the arm swing widest there, in one sentence?",
     ),
-    "2.15": (
-        Predictable(
-            choice("turns_farther", ("bench", "model", "about the same"), "", _TURNS_FARTHER, points=0),
-            (("2.15", "validation"),),
-            _turns_farther,
-            "What does the bench have that is missing in the model, and where do you see it, in one sentence?",
-        ),
+    Predictable(
+        choice("turns_farther", ("bench", "model", "about the same"), "", _TURNS_FARTHER, points=0),
+        (("2.15", "validation"),),
+        _turns_farther,
+        "What does the bench have that is missing in the model, and where do you see it, in one sentence?",
     ),
-    "3.13": (
-        Predictable(
-            number("largest_deflection_deg", "deg", (2.0, 60.0), "", _LARGEST, points=0),
-            (("3.13", "response"),),
-            _largest_deflection,
-            "Why is it larger or smaller than you expected, in one sentence?",
-        ),
+    Predictable(
+        number("largest_deflection_deg", "deg", (2.0, 60.0), "", _LARGEST, points=0),
+        (("3.13", "response"),),
+        _largest_deflection,
+        "Why is it larger or smaller than you expected, in one sentence?",
     ),
-    "3.15": (
-        Predictable(
-            choice("arm_swings", ("longer", "about as long", "less long"), "", _HOW_LONG, points=0),
-            (("3.15", "response"), ("3.13", "response")),
-            _arm_swings,
-            "What took the energy out of the swing with full feedback, and what does it now, in one sentence?",
-        ),
+    Predictable(
+        choice("arm_swings", ("longer", "about as long", "less long"), "", _HOW_LONG, points=0),
+        (("3.15", "response"), ("3.13", "response")),
+        _arm_swings,
+        "What took the energy out of the swing with full feedback, and what does it now, in one sentence?",
     ),
-}
+)
+#: Question → what is predicted there: what its own recording shows, which comes first in ``found_in``.
+PREDICTIONS = {one.found_in[0][0]: (one,) for one in _ALL}

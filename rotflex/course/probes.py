@@ -79,14 +79,8 @@ def _keep_state_space(output: Any) -> list[Any]:
     for (name, shape), piece in zip(_SHAPES.items(), pieces(output, tuple(_SHAPES)), strict=True):
         vector = 1 in shape
         if piece.shape != shape and not (vector and piece.size == max(shape) and piece.ndim <= 2):
-            raise FormError(
-                "{name} is {given}, not {rows} × {columns}".format(
-                    name=name,
-                    given=" × ".join(map(str, piece.shape)) or "a single number",
-                    rows=shape[0],
-                    columns=shape[1],
-                )
-            )
+            given = " × ".join(map(str, piece.shape)) or "a single number"
+            raise FormError(f"{name} is {given}, not {shape[0]} × {shape[1]}")
         kept.append([rounded(row) for row in piece.reshape(shape)])
     return kept
 

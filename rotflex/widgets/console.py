@@ -31,8 +31,8 @@ from rotflex.hil.bench import Bench
 from rotflex.hil.board import WATCHDOG_TIMEOUT
 from rotflex.hil.virtual import DRIVING, STANDING, Hand
 from rotflex.recording import Recording
-from rotflex.simulation import with_actuator
 from rotflex.units import DEG
+from rotflex.widgets import another_arm
 from rotflex.widgets.mechanism import mechanism, played
 from rotflex.widgets.running import Experiment, Running, outcome
 
@@ -169,11 +169,9 @@ class BenchConsole(Explorer):
 
     def press(self, name: str) -> None:
         """A button."""
-        if name == "stop":
-            self.stop()
-            return
-        action = {"connect": self.connect, "disconnect": self.disconnect, "start": self.start, "save": self._save}[name]
-        action()
+        actions: dict[str, Callable[[], None]] = {"connect": self.connect, "disconnect": self.disconnect}
+        actions |= {"start": self.start, "stop": self.stop, "save": self._save}
+        actions[name]()
 
     def _choose(self, address: str, replayed: Recording | None) -> None:
         self.address, self._replayed = address, replayed
@@ -311,7 +309,11 @@ class BenchConsole(Explorer):
             duration = float(self._replayed.time[-1] - self._replayed.time[0])
             return lambda bench: experiments.watch(bench, duration, progress=False)
         if self.choice == VALIDATION:
-            A, B = self._model if self._model is not None else self._answered_model()
+            if self._model is None and not (self._lab.has("2.14", "A") and self._lab.has("2.14", "B")):
+                raise BenchError(
+                    "A validation needs your model: answer question 2.14 first, or make the console with model=(A, B)."
+                )
+            A, B = self._model or another_arm.own_model(self._lab)
             return lambda bench: experiments.validation(bench, A, B, progress=False)
         feedback = _FEEDBACK.get(self.choice)
         if feedback is None:
@@ -320,20 +322,12 @@ class BenchConsole(Explorer):
         if self._practice is not None:
             controller = self._practice.controller()
             return lambda bench: experiments.tracking(bench, controller, progress=False)
-        gain = self._gain if self._gain is not None else self._answered_gain()
+        gain = self._gain
+        if gain is None and self._lab.has("3.8", "K"):
+            gain = self._lab.value("3.8", "K")
         if gain is None:
             raise BenchError("Tracking needs your gain K: answer question 3.8 first, or make the console with K=...")
         return lambda bench: experiments.tracking(bench, gain, feedback, progress=False)
-
-    def _answered_gain(self) -> Any:
-        return self._lab.value("3.8", "K") if self._lab.has("3.8", "K") else None
-
-    def _answered_model(self) -> tuple[ArrayLike, ArrayLike]:
-        if not (self._lab.has("2.14", "A") and self._lab.has("2.14", "B")):
-            raise BenchError(
-                "A validation needs your model: answer question 2.14 first, or make the console with model=(A, B)."
-            )
-        return with_actuator(self._lab.value("2.14", "A"), self._lab.value("2.14", "B"), self._lab.servo)
 
     def _save(self) -> None:
         if self.recording is None:
@@ -348,15 +342,17 @@ class BenchConsole(Explorer):
 
     def view(self) -> Scene:
         """Servo and arm beside the scope."""
-        samples = self._samples()
-        latest = samples[:, -1] if samples.size else np.zeros(4)
+        samples, alt = self._samples(), f"The bench console: {self._state}. {self._message}"
+        theta, alpha = samples[1:3, -1].tolist() if samples.size else (0.0, 0.0)
+        if samples.size:
+            alt += f" The servo stands at {theta / DEG:.0f} deg, the arm is deflected by {alpha / DEG:.1f} deg."
         play, recording = None, self.recording
         if recording is not None and not self.running:
             play = played(recording, float(recording.time[0]), float(recording.time[-1]))
         return Scene(
-            alt=_alt_text(samples, self._state, self._message),
+            alt=alt.strip(),
             columns=[
-                Column([mechanism(float(latest[1]), float(latest[2]), self._grabs())], 0.7),
+                Column([mechanism(theta, alpha, self._grabs())], 0.7),
                 Column(_scope(samples, self.running, self._modelled()), 1.3),
             ],
             controls=self._controls(),
@@ -471,15 +467,6 @@ def _reported(bench: Bench | None) -> Readout:
     return Readout("The bench reports", rows, folded=True)
 
 
-def _alt_text(samples: Any, state: str, message: str) -> str:
-    """The console in words, for somebody who cannot see it."""
-    begun = f"The bench console: {state}. {message}"
-    if not samples.size:
-        return begun.strip()
-    theta, alpha = samples[1, -1] / DEG, samples[2, -1] / DEG
-    return f"{begun} The servo stands at {theta:.0f} deg, the arm is deflected by {alpha:.1f} deg.".strip()
-
-
 def open_console(
     lab: Lab,
     K: ArrayLike | None = None,
@@ -515,9 +502,6 @@ _left_open: weakref.WeakSet[BenchConsole] = weakref.WeakSet()
 @atexit.register
 def _let_go() -> None:
     """The kernel ends: 0 V on every bench that is still open."""
-    console: BenchConsole
     for console in list(_left_open):
-        try:
+        with suppress(Exception):  # nobody is there to hear of it, and the next bench is to get its 0 V, too
             console.disconnect()
-        except Exception:
-            continue  # nobody is there to be told; the next bench is to get its 0 V all the same

@@ -93,16 +93,6 @@ def stiffness_at(f: float, J_l: float, spacing: float) -> Estimate:
     return Estimate(J_l * omega**2, 2 * J_l * omega * spread)
 
 
-def sweep_alt_text(measured: Spectra, recording: Recording) -> str:
-    """Describe a sweep in words, for somebody who cannot see it."""
-    largest = np.abs(recording.degrees("alpha")).max()
-    return (
-        f"A sweep of {recording.time[-1]:.3g} s: the deflection reaches {largest:.2g} deg. Its spectrum peaks at "
-        f"{measured.peak():.2f} Hz, at {measured.height(measured.peak()) / DEG:.2g} deg; the ratio of deflection to "
-        f"servo angle peaks at {measured.peak('ratio'):.2f} Hz."
-    )
-
-
 class SweepExplorer(Explorer):
     """Sweeps of the student's virtual bench, and a cursor on the peak.
 
@@ -189,16 +179,21 @@ class SweepExplorer(Explorer):
         ratio = Panel("|α/θ|", SHOWN_BAND, (0.0, 1.25 * float(found.ratio.max())), "frequency (Hz)", height=1.15)
         ratio.line(found.f_ratio, found.ratio, "model", "ratio")
         text = f"{self.cursor:.2f} Hz"
+        peaks = [Row(name, (f"{found.peak(of):.2f} Hz",)) for of, name in _LOOK.items()]
         for panel, of in ((spectrum, "spectrum"), (ratio, "ratio")):
             panel.level(self.cursor, "highlight", axis="x", label="cursor" if of == "spectrum" else "")
             if of == self.look:
                 height = found.height(self.cursor, of) / (DEG if of == "spectrum" else 1.0)
                 panel.handle("cursor", self.cursor, height, "cursor", text, (_STEP, 0.0), "highlight", "cursor", "x")
         return Scene(
-            alt=f"{sweep_alt_text(found, recording)} The cursor is at {text}.",
+            alt=(
+                f"A sweep of {span[1]:.3g} s: the deflection reaches {np.abs(recording.degrees('alpha')).max():.2g} "
+                f"deg. Its spectrum peaks at {found.peak():.2f} Hz, at {found.height(found.peak()) / DEG:.2g} deg; the "
+                f"ratio of deflection to servo angle peaks at {found.peak('ratio'):.2f} Hz. The cursor is at {text}."
+            ),
             columns=[Column([theta, alpha]), Column([spectrum, ratio])],
             controls=self._controls(),
-            readouts=[another_arm.notice("2.12") if self._another else self._stiffness(), self._peaks()],
+            readouts=[another_arm.notice("2.12") if self._another else self._stiffness(), Readout("Peaks", peaks)],
             height=300 if self._another else 420,
         )
 
@@ -228,10 +223,6 @@ class SweepExplorer(Explorer):
             Row("K_s, if this is ω_n", (f"{found.value:.3f} ± {found.uncertainty:.3f} N·m/rad", "")),
         ]
         return Readout("Stiffness by the cursor", rows)
-
-    def _peaks(self) -> Readout:
-        rows = [Row(text, (f"{self.spectra.peak(of):.2f} Hz",)) for of, text in _LOOK.items()]
-        return Readout("Peaks", rows)
 
 
 def _settings_of(recording: Recording | None) -> dict[str, Any]:

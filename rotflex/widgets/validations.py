@@ -69,16 +69,6 @@ def fit_percent(measured: Vector, model: Vector) -> float:
     return 100 * (1 - float(np.linalg.norm(measured - model)) / motion)
 
 
-def comparison_alt_text(compared: Recording) -> str:
-    """Describe a comparison in words, for somebody who cannot see it."""
-    fits = {name: fit_percent(compared[name], compared[f"{name}_model"]) for name in ("theta", "alpha")}
-    return (
-        f"Measured and modelled servo angle and deflection over {compared.time[-1] - compared.time[0]:.3g} s. "
-        f"The model explains {fits['theta']:.0f} % of the servo angle's motion and {fits['alpha']:.0f} % of the "
-        "deflection's."
-    )
-
-
 def _shade(panel: Panel, time: Vector, edges: Sequence[Vector], role: str, label: str = "") -> None:
     """Shade what lies between a lower and an upper curve."""
     (left, lower), (right, upper) = (thinned(time, edge) for edge in edges)
@@ -181,6 +171,7 @@ class ValidationExplorer(Explorer):
         """Both angles, measured and modelled, and what is left between them."""
         compared = self.compared
         span = (float(compared.time[0]), float(compared.time[-1]))
+        fits = [fit_percent(compared[name], compared[f"{name}_model"]) for name in _ANGLES]
         panels, edges, left = [], self._edges(), dict(zip(_ANGLES, self._residuals(), strict=True))
         above = [edge - compared.degrees("alpha_model") for edge in edges.get("alpha", ())]
         residual = Panel("measured − model (deg)", span, around(*left.values(), *above), "time (s)", height=1.15)
@@ -200,7 +191,10 @@ class ValidationExplorer(Explorer):
         ]
         options = {name: text for name, text in _FRICTION.items() if name != "fitted" or self.fitted}
         return Scene(
-            alt=comparison_alt_text(compared),
+            alt=(
+                f"Measured and modelled servo angle and deflection over {span[1] - span[0]:.3g} s. The model explains "
+                f"{fits[0]:.0f} % of the servo angle's motion and {fits[1]:.0f} % of the deflection's."
+            ),
             columns=[Column([*panels, residual])],
             controls=[
                 sliders,
