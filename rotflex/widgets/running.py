@@ -114,34 +114,24 @@ class Running:
         reason = self._asked or self._alive()  # read once: stop() is called from other threads
         if reason:
             raise RunStopped(reason)
-        if measured.time == 0.0:  # an experiment begins: the wait for rest before it has times of its own
-            self._count, self.late = 0, 0
-        if not self._bench.is_simulated:
-            self._see_lateness(measured.time)
+        now, sample = time.perf_counter(), measured.time
+        if sample == 0.0:  # an experiment begins: the wait for rest before it has times of its own
+            self._count, self.late, self._due = 0, 0, now
+        previous = self._samples[self._count - 1, 0] if self._count else 0.0
+        if not self._bench.is_simulated and now - self._due - sample > _LATE * (sample - previous):
+            self.late += 1
         if self._count == len(self._samples):
             self._samples = np.concatenate([self._samples, np.empty_like(self._samples)])
         self._samples[self._count] = (*measured, voltage)
         if self._paced:
-            self._wait_for(measured.time)
+            self._wait_for(sample, now)
         self._count += 1
 
-    def _wait_for(self, sample: float) -> None:
+    def _wait_for(self, sample: float, now: float) -> None:
         """Wait until a sample's time, or for STOP: simulated time is never ahead. On a busy computer it goes slower."""
-        now = time.perf_counter()
-        if sample == 0.0:
-            self._due = now
         self._due = max(self._due, now - sample - _BEHIND)
         if (ahead := self._due + sample - now) > 0:
             self._stopped.wait(ahead + _REST)
-
-    def _see_lateness(self, sample: float) -> None:
-        now = time.perf_counter()
-        if sample == 0.0:
-            self._due = now
-            return
-        previous = self._samples[self._count - 1, 0] if self._count else 0.0
-        if now - self._due - sample > _LATE * (sample - previous):
-            self.late += 1
 
 
 def outcome(run: Running) -> tuple[str, str]:

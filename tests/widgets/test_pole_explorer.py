@@ -12,8 +12,7 @@ from rotflex import widgets
 from rotflex.errors import DesignError
 from rotflex.units import DEG
 from rotflex.widgets.placement import COUNT, Dominant, cloud, spread_of
-from rotflex.widgets.poles import PLANE
-from rotflex.widgets.poles import OMEGA_RANGE, REAL_RANGE, ZETA_RANGE, PoleExplorer, dragged
+from rotflex.widgets.poles import OMEGA_RANGE, PLANE, REAL_RANGE, ZETA_RANGE, PoleExplorer, dragged
 
 
 def shown_gain(explorer):
