@@ -13,7 +13,6 @@ from typing import Any
 from labcourse.answers.reflection import Comparison
 from rotflex.config import Joint, Servo
 from rotflex.course.questions import CATALOGUE
-from rotflex.course.reflection.beyond import beyond_checks
 from rotflex.course.reflection.common import StoredRecording
 from rotflex.course.reflection.control import control_checks
 from rotflex.course.reflection.modeling import modeling_checks
@@ -37,7 +36,7 @@ def checks(servo: Servo, joint: Joint, bench: Mapping[str, Any], probe_seed: int
         if part.kind == "recording"
     ]
     order = {number: place for place, number in enumerate(CATALOGUE.everything)}
-    found = (*recorded, *modeling_checks(servo, joint, probe_seed), *control_checks(servo), *beyond_checks(servo))
+    found = (*recorded, *modeling_checks(servo, joint, probe_seed), *control_checks(servo))
     return sorted(found, key=lambda check: order[check.about[0][0]])
 
 

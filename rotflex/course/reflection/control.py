@@ -1,7 +1,8 @@
-"""Section 3: what can be asked of the design, the responses and the results tables.
+"""Section 3 and beyond: what can be asked of the design, the responses and the results tables.
 
 Of the design (3.2 to 3.10), the main steps, and the gain on the own model. Of responses (3.11 to 3.16), the simulation
-of the own design, and own numbers against own recordings. Of the tables, whether they repeat the answers.
+of the own design, and own numbers against own recordings. Of the tables, whether they repeat the answers. Of notebook
+11, the observer, the sampled design and the planned turn.
 """
 
 from __future__ import annotations
@@ -9,8 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
+from scipy.linalg import expm
 
 from labcourse.answers.parts import Part
 from labcourse.answers.reflection import Comparison
@@ -18,6 +21,7 @@ from rotflex import response
 from rotflex.config import Servo
 from rotflex.course.questions import CATALOGUE
 from rotflex.course.reflection.common import (
+    BUILT,
     CARRIED,
     AnyArray,
     StoredRecording,
@@ -29,6 +33,7 @@ from rotflex.course.reflection.common import (
     stored_recording,
     thin_indices,
 )
+from rotflex.course.reflection.modeling import AGREES, points, value_at
 from rotflex.course.spare_design import runs_away
 from rotflex.errors import RotflexError
 from rotflex.signals import smooth_square_wave, time_axis
@@ -36,6 +41,7 @@ from rotflex.simulation import closed_loop, with_actuator
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, OMEGA_N, RATE, SAMPLE_TIME, SETTLING_BAND, ZETA
 from rotflex.units import DEG
 
+_SLOW = 0.03  # s, sample time of 4.5 and 4.6
 _AXIS = 1e-3  # of the fastest pole: what is nearer to the imaginary axis is on it
 _PLACED = 0.1  # relative, of the coefficients: a gain of three digits, for a model of three digits
 _COLUMNS = 0.1  # of a column's length: products of several matrices of three digits
@@ -61,13 +67,13 @@ _QUANTITIES = {
 _BANDS = (SETTLING_BAND, 0.75 * SETTLING_BAND, 1.25 * SETTLING_BAND)
 
 
-def by_own_voltage_model(servo: Servo, ask: Callable[..., str | None]) -> Callable[..., str | None]:
+def _by_own_voltage_model(servo: Servo, ask: Callable[..., str | None]) -> Callable[..., str | None]:
     """Put the own model, voltage as input, in place of the last two answers, A and B."""
     return lambda *own: ask(*own[:-2], *with_actuator(own[-2], own[-1], servo))
 
 
 def control_checks(servo: Servo) -> list[Comparison]:
-    """Return the checks of the design, the responses and the tables.
+    """Return the checks of the design, the responses, the tables, and notebook 11.
 
     Parameters
     ----------
@@ -80,10 +86,10 @@ def control_checks(servo: Servo) -> list[Comparison]:
         Comparison((wanted,), _as_asked),
         Comparison((desired, wanted), partial(_polynomial, number="3.4")),
         Comparison((("3.5", "K_c"), ("3.3", "A_c"), ("3.3", "B_c"), desired), _companion_gain),
-        Comparison((("3.7", "W"), *given), by_own_voltage_model(servo, _transforms)),
-        Comparison((K, wanted, *given), by_own_voltage_model(servo, _gain)),
-        Comparison((("3.10", "K"), wanted, *given), by_own_voltage_model(servo, _gain)),
-        Comparison((("3.11", "response"), K, *given), by_own_voltage_model(servo, _simulated)),
+        Comparison((("3.7", "W"), *given), _by_own_voltage_model(servo, _transforms)),
+        Comparison((K, wanted, *given), _by_own_voltage_model(servo, _gain)),
+        Comparison((("3.10", "K"), wanted, *given), _by_own_voltage_model(servo, _gain)),
+        Comparison((("3.11", "response"), K, *given), _by_own_voltage_model(servo, _simulated)),
     ]
     measured = [
         Comparison(((measured, name), (recorded, "response")), partial(_quantity, CATALOGUE.find(measured).part(name)))
@@ -97,7 +103,14 @@ def control_checks(servo: Servo) -> list[Comparison]:
         for part in table.parts
         if part.shows is not None and part.name != "K_psf"
     ]
-    return [*design, *measured, *tables]
+    Phi, Gamma = ("4.5", "Phi"), ("4.5", "Gamma")
+    beyond = [
+        Comparison((("4.3", "L"), *given), _by_own_voltage_model(servo, _fades)),
+        Comparison((Phi, Gamma, *given), _by_own_voltage_model(servo, _held)),
+        Comparison((("4.6", "K"), Phi, Gamma, wanted), _sampled),
+        Comparison((("4.9", "alpha"), ("4.9", "V_m"), ("2.6", "theta_ddot"), ("2.6", "alpha_ddot")), _flat),
+    ]
+    return [*design, *measured, *tables, *beyond]
 
 
 # --- poles and polynomials --------------------------------------------------------------------------------------------
@@ -220,3 +233,42 @@ def _repeats(part: Part, entry: AnyArray, source: AnyArray) -> str | None:
     else:
         same = alike(entry, source, CARRIED, 1e-6 * float(np.abs(np.ravel(source)).max()))
     return None if same else f"{part.name} in the table is not what you answered. Which of the two do you mean?"
+
+
+# --- beyond the workbook ----------------------------------------------------------------------------------------------
+
+
+def _fades(L: AnyArray, A: AnyArray, _B: AnyArray) -> str | None:
+    fades = np.abs(np.linalg.eigvals((np.eye(4) - np.reshape(L, (4, 1)) @ np.eye(1, 4)) @ expm(A * SAMPLE_TIME))) < 1
+    return None if fades.all() else "With your own model (2.14), (I − L·C)·Phi is unstable. Which sign or unit has L?"
+
+
+def _held(Phi: AnyArray, Gamma: AnyArray, A: AnyArray, _B: AnyArray) -> str | None:
+    new, units = np.ravel(Gamma), np.outer([1, 1, _SLOW, _SLOW], [1, 1, 1 / _SLOW, 1 / _SLOW])
+    if not alike([*Phi[4], new[4]], [0, 0, 0, 0, 0, 1], 0.0, 1e-6):
+        return "The fifth state is the last voltage. What is it one sample later? Do your last rows say that?"
+    if not alike(units * Phi[:4, :4], units * expm(A * _SLOW), CARRIED, CARRIED / 2):
+        return "Phi without its fifth row and column does not follow from your own A (2.14). Which A, and which time?"
+    newest = np.linalg.norm(Phi[2:4, 4]) < np.linalg.norm(new[2:4])
+    return None if newest else "By your numbers, the old voltage does more than the new one. Which acts for longer?"
+
+
+def _sampled(K: AnyArray, Phi: AnyArray, Gamma: AnyArray, desired: AnyArray) -> str | None:
+    poles = np.round(np.linalg.eigvals(Phi - np.reshape(Gamma, (5, 1)) @ np.reshape(K, (1, 5))), 4) + 0
+    placed = alike(np.poly(poles), np.poly([*np.exp(np.ravel(desired) * _SLOW), 0]), 0.0, BUILT)
+    return None if placed else f"Your own Phi − Gamma·K has poles at {listed(poles)}. Where should they be in z?"
+
+
+def _flat(alpha: Any, V_m: Any, *rates: Any) -> str | None:
+    """Ask where the own equations of motion (2.6, B_l = 0) do not move as the own expressions say."""
+    for point in points(("theta", *CATALOGUE.find("4.9").part("V_m").symbols)):
+        slope = value_at(alpha.diff("gamma_ddot"), point)
+        moving = point | {"alpha": value_at(alpha, point), "alpha_dot": slope * point["gamma_3"], "B_l": 0.0}
+        moving["theta_dot"] = point["gamma_dot"] - moving["alpha_dot"]
+        moving["tau"] = point["a"] * value_at(V_m, point) - point["b"] * moving["theta_dot"]
+        wanted = np.array([point["gamma_ddot"], 0.0]) + slope * point["gamma_4"] * np.array([-1.0, 1.0])
+        if not alike([value_at(rate, moving) for rate in rates], wanted, AGREES, AGREES):
+            return (
+                "Your own accelerations (2.6, B_l = 0) are not those of this alpha and V_m. Which sign or term is off?"
+            )
+    return None
