@@ -163,11 +163,22 @@ def validation(
     BenchError
         If a recorded voltage is asked for, and none was recorded.
     """
-    steered = bench.connection.recorded is None or isinstance(bench.connection.recorded, RecordedRuns)
+    recorded = bench.connection.recorded
+    steered = recorded is None or isinstance(recorded, RecordedRuns)
     one_of("signal", signal, ("square", "step") if steered else ("square", "step", "recorded"))
     matrices(A, B)  # before anything moves
     settings = {"experiment": "validation", "signal": signal}
-    measured = _validated(bench, signal, amplitude, duration, settings, progress)
+    if recorded is not None and signal == "recorded":
+        nothing = np.zeros(time_axis(min(duration or recorded.duration, recorded.duration), SAMPLE_TIME).size)
+        if recorded.voltage(nothing.size, SAMPLE_TIME) is None:
+            raise BenchError(f"{recorded.name} has no channel vm: no voltage drives the model.")
+        measured = _run(bench, None, nothing, settings, progress, from_rest=False)
+    else:
+        if signal == "square":
+            volts = square_wave(time_axis(duration or 10.0, SAMPLE_TIME), 0.5, 1.5 if amplitude is None else amplitude)
+        else:
+            volts = step(time_axis(duration or 2.5, SAMPLE_TIME), 0.8 if amplitude is None else amplitude, at=0.5)
+        measured = _run(bench, OpenLoop(), volts, settings, progress)
     angles, cut = along(A, B, measured["vm"], SAMPLE_TIME, MODEL_BOUND)
     compared = measured.with_channels(theta_model=angles[0], alpha_model=angles[1])
     if cut is None:
@@ -354,30 +365,6 @@ def _run(
     if bench.recorder.on_recorded is not None:
         bench.recorder.on_recorded(measured)
     return measured
-
-
-def _validated(
-    bench: Bench,
-    signal: str,
-    amplitude: float | None,
-    duration: float | None,
-    settings: dict[str, Any],
-    progress: bool,
-) -> Recording:
-    """Drive the bench with a validation's voltage ("recorded", "square", or a step), and return the recording."""
-    recorded = bench.connection.recorded
-    if recorded is not None and signal == "recorded":
-        nothing = np.zeros(time_axis(min(duration or recorded.duration, recorded.duration), SAMPLE_TIME).size)
-        if recorded.voltage(nothing.size, SAMPLE_TIME) is None:
-            raise BenchError(f"{recorded.name} has no channel vm: no voltage drives the model.")
-        return _run(bench, None, nothing, settings, progress, from_rest=False)
-    if signal == "square":
-        t = time_axis(duration or 10.0, SAMPLE_TIME)
-        volts = square_wave(t, 0.5, 1.5 if amplitude is None else amplitude)
-    else:
-        t = time_axis(duration or 2.5, SAMPLE_TIME)
-        volts = step(t, 0.8 if amplitude is None else amplitude, at=0.5)
-    return _run(bench, OpenLoop(), volts, settings, progress)
 
 
 _RAN_AWAY = (
