@@ -57,8 +57,8 @@ def desired_poles(zeta: float, omega_n: float, p_3: float, p_4: float) -> NDArra
     return np.array([-sigma + 1j * omega_d, -sigma - 1j * omega_d, p_3, p_4])
 
 
-def paired(desired: ArrayLike, count: int | None = None) -> NDArray[np.complex128]:
-    """``desired`` as an array (n,) of poles that a real system can have; ``count`` says how many there must be.
+def paired(desired: ArrayLike, count: int) -> NDArray[np.complex128]:
+    """``desired`` as an array (count,) of poles that a real system can have.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def paired(desired: ArrayLike, count: int | None = None) -> NDArray[np.complex12
     array = finite("The list of poles", desired, complex)
     if array.ndim != 1:
         raise DesignError(f"The poles must be a list; the shape is {array.shape}.")
-    if count is not None and len(array) != count:
+    if len(array) != count:
         raise DesignError(f"There are {count} states, so {count} poles must be given; there are {len(array)}.")
     close = PAIR_TOLERANCE * np.abs(array).max()
     for pole in array:

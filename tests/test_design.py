@@ -137,7 +137,7 @@ def test_how_exactly_poles_must_be_conjugate_does_not_depend_on_the_unit_of_time
     nearly, hardly = ([unit * (-3 + 4j), unit * (-3 - 4j * (1 + off)), -unit] for off in (1e-7, 1e-4))
     assert_array_equal(design.paired(nearly, 3), nearly)
     with pytest.raises(DesignError):
-        design.paired(hardly)
+        design.paired(hardly, 3)
 
 
 @ROUTES
