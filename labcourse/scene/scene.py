@@ -283,7 +283,7 @@ class Column:
     width: float = 1.0
 
 
-class _Control:
+class Control:
     """Something above the plots; the page knows it by its class's name."""
 
     def packed(self) -> Item:
@@ -292,7 +292,7 @@ class _Control:
 
 
 @dataclass(frozen=True)
-class Slider(_Control):
+class Slider(Control):
     """A number, by slider or box."""
 
     name: str
@@ -306,7 +306,7 @@ class Slider(_Control):
 
 
 @dataclass(frozen=True)
-class Choice(_Control):
+class Choice(Control):
     """One of several; ``options`` is value → text."""
 
     name: str
@@ -321,7 +321,7 @@ class Choice(_Control):
 
 
 @dataclass(frozen=True)
-class Button(_Control):
+class Button(Control):
     """Something to press; ``look`` is "main", "stop" (which goes out at once, also by Escape) or plain."""
 
     name: str
@@ -392,7 +392,7 @@ class Scene:
 
     alt: str
     columns: Sequence[Column] = ()
-    controls: Sequence[Sequence[Slider | Choice | Button]] = ()
+    controls: Sequence[Sequence[Control]] = ()
     readouts: Sequence[Readout] = ()
     height: int = 420
     play: Play | None = None

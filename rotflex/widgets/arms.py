@@ -15,7 +15,7 @@ from PIL import Image
 from labcourse.pictures import png, style
 from labcourse.scene import still
 from labcourse.scene.explorer import Explorer, written
-from labcourse.scene.scene import Button, Choice, Column, Moving, Panel, Play, Readout, Row, Scene, around
+from labcourse.scene.scene import Button, Choice, Column, Control, Moving, Panel, Play, Readout, Row, Scene, around
 from rotflex import experiments, response, simulation
 from rotflex.course.reflection.common import stored_recording
 from rotflex.errors import NotRecorded, RotflexError
@@ -134,7 +134,7 @@ class ArmsExplorer(Explorer):
             panels.append(panel)
         return panels
 
-    def controls(self) -> list[list[Any]]:
+    def controls(self) -> list[list[Control]]:
         """Nothing but the player."""
         return []
 
@@ -217,7 +217,7 @@ def watch_model(lab: Lab) -> ArmsExplorer:
 class OwnArm(ArmsExplorer):
     """The student's arm before and after the controller; it can be kept as a film and as a picture."""
 
-    def controls(self) -> list[list[Any]]:
+    def controls(self) -> list[list[Control]]:
         """A button to keep it."""
         return [[Button("keep", "Keep it as film and picture", "main", self.busy)]]
 

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from labcourse.pictures import Picture
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene
+from labcourse.scene.scene import Button, Choice, Column, Control, Panel, Readout, Row, Scene
 from rotflex import experiments
 from rotflex.config import one_of
 from rotflex.course.practice import Practice
@@ -381,11 +381,11 @@ class BenchConsole(Explorer):
             return {}
         return {name: self.recording[f"{name}_model"] for name in ("theta", "alpha")}
 
-    def _controls(self) -> list[list[Button | Choice | Any]]:
+    def _controls(self) -> list[list[Control]]:
         connected, running = self._bench is not None, self.running
         names = {one: _SHOWN.get(one, one) for one in self._names()}
         ready = (connected or self._is_computed()) and not running
-        bench: list[Button | Choice | Any] = []
+        bench: list[Control] = []
         if len(self._addresses) > 1:
             bench.append(Choice("address", "bench", {one: one for one in self._addresses}, self.address, running))
         if not self._is_computed():

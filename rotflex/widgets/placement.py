@@ -116,26 +116,18 @@ class Runaway:
     @property
     def sentences(self) -> tuple[str, str, str]:
         """Where it lies, what it means, what comes of it."""
-        if self.growth <= BORDER:
-            return (
-                "The closed loop is at the border of stability: a pole lies on the imaginary axis.",
-                "What swings there does not die away.",
-                self._end,
+        where = "The closed loop is at the border of stability: a pole lies on the imaginary axis."
+        means = "What swings there does not die away."
+        if self.growth > BORDER:
+            where = (
+                f"The closed loop is unstable: a pole lies right of the imaginary axis, at +{self.growth:.2g} rad/s."
             )
-        return (
-            f"The closed loop is unstable: a pole lies right of the imaginary axis, at +{self.growth:.2g} rad/s.",
-            f"What swings grows: twice as large every {self.doubled:.2g} s.",
-            self._end,
-        )
-
-    @property
-    def _end(self) -> str:
-        if self.stopped is None:
-            return f"A step of {STEP / DEG:.0f} deg: no limit of the bench is reached within {HORIZON:g} s."
-        return (
-            f"A step of {STEP / DEG:.0f} deg: after {self.stopped:.2f} s the {self.what} is at its limit of "
-            f"{self.limit / DEG:.0f} deg, and the safety stops it at 0 V."
-        )
+            means = f"What swings grows: twice as large every {self.doubled:.2g} s."
+        end = f"no limit of the bench is reached within {HORIZON:g} s."
+        if self.stopped is not None:
+            end = f"after {self.stopped:.2f} s the {self.what} is at its limit of {self.limit / DEG:.0f} deg, and the "
+            end += "safety stops it at 0 V."
+        return where, means, f"A step of {STEP / DEG:.0f} deg: {end}"
 
 
 @dataclass(frozen=True)
@@ -263,13 +255,6 @@ def with_gain(
     return Design(asked, feedback, gain, np.real(np.poly(asked)), found, recording, findings, trouble, runaway)
 
 
-def pole_text(value: complex) -> str:
-    """Write a pole for people, to one decimal."""
-    real, imaginary = round(value.real, 1) + 0.0, round(abs(value.imag), 1)
-    text = f"{real:.1f}".replace("-", "−")
-    return text if imaginary == 0 else f"{text} {'+' if value.imag > 0 else '−'} {imaginary:.1f}j"
-
-
 # --- an unstable loop: it swings up until the bench's safety stops it -------------------------------------------------
 
 
@@ -283,7 +268,7 @@ def run_away(a: Vector, b: Vector, applied: Vector, growth: float) -> Runaway:
     growth : rad/s, the largest real part of the loop's poles
     """
     driven, free = _transition(a - b @ applied, b * applied[0, 0]), _transition(a, 0 * b)
-    what, limit = "", 0.0
+    what, limit, limits = "", 0.0, Limits()
     samples: list[tuple[float, float, float, float]] = []
     state, stopped = np.array([-STEP / 2, 0.0, 0.0, 0.0, 0.0]), None
     for number in range(round((LEAD + HORIZON) / SAMPLE_TIME) + 1):
@@ -291,9 +276,9 @@ def run_away(a: Vector, b: Vector, applied: Vector, growth: float) -> Runaway:
         command = STEP / 2 * min(max(RATE * (t + SAMPLE_TIME), 0.0) - 1, 1.0)
         state[4] = command
         theta, alpha = float(state[0]), float(state[1])
-        if stopped is None:
-            what, limit = _reached(theta, alpha)
-            stopped = t if what else None
+        for name, angle, most in (("servo angle", theta, limits.theta), ("deflection", alpha, limits.alpha)):
+            if stopped is None and abs(angle) > most:
+                what, limit, stopped = name, most, t
         volts = float(applied[0, 0] * command - applied[0] @ state[:4]) if stopped is None else 0.0
         samples.append((command, theta, alpha, volts))
         if stopped is not None and t >= stopped + _AFTER:
@@ -308,18 +293,7 @@ def run_away(a: Vector, b: Vector, applied: Vector, growth: float) -> Runaway:
 
 def _transition(a: Vector, input_: Vector) -> Vector:
     """Of the state and an input that is held, from each sample to the next."""
-    moved = np.zeros((5, 5))
-    moved[:4, :4], moved[:4, 4:] = a, input_
-    found: Vector = expm(moved * SAMPLE_TIME)
-    return found
-
-
-def _reached(theta: float, alpha: float) -> tuple[str, float]:
-    """What is beyond its limit on a bench, and that limit (rad)."""
-    limits = Limits()
-    if abs(theta) > limits.theta:
-        return "servo angle", limits.theta
-    return ("deflection", limits.alpha) if abs(alpha) > limits.alpha else ("", 0.0)
+    return np.asarray(expm(np.block([[a, input_], [np.zeros((1, 5))]]) * SAMPLE_TIME))
 
 
 # --- where the dominant pair may lie: many designs, simulated at once -------------------------------------------------

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider
+from labcourse.scene.scene import Button, Choice, Column, Control, Panel, Readout, Row, Scene, Slider
 from rotflex.config import one_of
 from rotflex.errors import DesignError
 from rotflex.simulation import matrices
@@ -21,18 +21,7 @@ from rotflex.units import Vector
 from rotflex.widgets import another_arm
 from rotflex.widgets.loops import number, played_by_arm, traces, verdicts
 from rotflex.widgets.mechanism import mechanism
-from rotflex.widgets.placement import (
-    COUNT,
-    Cloud,
-    Design,
-    Dominant,
-    Region,
-    cloud,
-    design,
-    pole_text,
-    spread_of,
-    with_gain,
-)
+from rotflex.widgets.placement import COUNT, Cloud, Design, Dominant, Region, cloud, design, spread_of, with_gain
 
 if TYPE_CHECKING:
     from rotflex.course.lab import Lab
@@ -129,7 +118,7 @@ def _handles(panel: Panel, wanted: Dominant, numbers: bool) -> None:
     legend, text = "desired poles: drag them", f"ζ {wanted.zeta:.2f}, ωₙ {wanted.omega_n:.1f} rad/s"
 
     def place(name: str, pole: complex, label: str, step: tuple[float, float], **more: Any) -> None:
-        value = text if name in (PAIR, PARTNER) and not numbers else f"{pole_text(pole)} rad/s"
+        value = text if name in (PAIR, PARTNER) and not numbers else f"{_pole_text(pole)} rad/s"
         panel.handle(name, pole.real, pole.imag, label, value, step, **more)
 
     if wanted.zeta < 1:
@@ -143,6 +132,13 @@ def _handles(panel: Panel, wanted: Dominant, numbers: bool) -> None:
 
 
 # --- in words ---------------------------------------------------------------------------------------------------------
+
+
+def _pole_text(value: complex) -> str:
+    """Write a pole for people, to one decimal."""
+    real, imaginary = round(value.real, 1) + 0.0, round(abs(value.imag), 1)
+    text = f"{real:.1f}".replace("-", "−")
+    return text if imaginary == 0 else f"{text} {'+' if value.imag > 0 else '−'} {imaginary:.1f}j"
 
 
 def _gain(design: Design) -> Readout:
@@ -170,7 +166,7 @@ def _certainty(cloud: Cloud) -> Readout:
 
 def _alt_text(design: Design, numbers: bool) -> str:
     """Describe a design in words, for somebody who cannot see it; with the desired poles as ``numbers`` or without."""
-    listed = ", ".join(pole_text(pole) for pole in design.wanted)
+    listed = ", ".join(_pole_text(pole) for pole in design.wanted)
     text = f"Desired poles {listed} rad/s, {design.feedback} state feedback. " if numbers else "Another arm. "
     return text + (" ".join(finding.words for finding in design.findings) or design.trouble)
 
@@ -297,9 +293,9 @@ class PoleExplorer(Explorer):
             play=played_by_arm(found),
         )
 
-    def _controls(self) -> list[list[Slider | Choice | Button]]:
+    def _controls(self) -> list[list[Control]]:
         wanted = self.wanted
-        rows: list[list[Slider | Choice | Button]] = [
+        rows: list[list[Control]] = [
             [
                 Slider("zeta", "ζ", "", *ZETA_RANGE, 0.01, wanted.zeta),
                 Slider("omega_n", "ωₙ", "rad/s", *OMEGA_RANGE, 0.1, wanted.omega_n),

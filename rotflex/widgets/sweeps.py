@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around
+from labcourse.scene.scene import Button, Choice, Column, Control, Panel, Readout, Row, Scene, Slider, around
 from rotflex import experiments
 from rotflex.course.practice import Practice
 from rotflex.errors import BenchError, IdentificationError
@@ -197,11 +197,8 @@ class SweepExplorer(Explorer):
             height=300 if self._another else 420,
         )
 
-    def _controls(self) -> list[list[Slider | Choice | Button]]:
-        below: list[Slider | Choice | Button] = [
-            Choice("look", "cursor on the", _LOOK, self.look),
-            Button("peak", "Cursor to the peak"),
-        ]
+    def _controls(self) -> list[list[Control]]:
+        below: list[Control] = [Choice("look", "cursor on the", _LOOK, self.look), Button("peak", "Cursor to the peak")]
         if self._lab is None:
             return [below]
         settings = self.settings

@@ -6,12 +6,12 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from labcourse.scene.scene import Choice, Column, Panel, Readout, Row, Scene, around
+from labcourse.scene.scene import Choice, Column, Control, Panel, Readout, Row, Scene, around
 from rotflex import experiments, response
 from rotflex.config import one_of
 from rotflex.controller import Controller
@@ -127,7 +127,7 @@ class DesignsExplorer(ArmsExplorer):
             alpha.band(self._pushed[0], self._pushed[0] + _PULSE, "highlight", "push", axis="x")
         return [theta, alpha, volts]
 
-    def controls(self) -> list[list[Any]]:
+    def controls(self) -> list[list[Control]]:
         """The two designs, and the push."""
         return [[Choice(name, name, options, self.choice[name]) for name, options in self._options.items()]]
 

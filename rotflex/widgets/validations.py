@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.scene import Button, Choice, Column, Panel, Readout, Row, Scene, Slider, around, thinned
+from labcourse.scene.scene import Button, Choice, Column, Control, Panel, Readout, Row, Scene, Slider, around, thinned
 from rotflex import experiments, greybox
 from rotflex.config import Joint, Servo
 from rotflex.errors import IdentificationError, RotflexError
@@ -185,7 +185,7 @@ class ValidationExplorer(Explorer):
             panel.line(compared.time, model, "model", "model")
             panels.append(panel)
             residual.line(compared.time, left[name], role, symbol)
-        sliders: list[Slider | Choice | Button] = [
+        sliders: list[Control] = [
             Slider(name, name, _UNITS[name], *_RANGES[name], getattr(self.parameters, name), self.busy)
             for name in _RANGES
         ]
