@@ -67,9 +67,8 @@ def page(
         f"<b>{html.escape(line)}</b>" if line else "",
         _link(after[0], f"{after[1]} →") if after else "",
     )
-    rows = [" &nbsp; ".join(filter(None, links))]
-    rows.append("".join(map(_chip, chips)))
     legend = " ".join(f"{sign} {state}" for state, sign in _SIGNS.items()) if chips else ""
+    rows = [" &nbsp; ".join(filter(None, links)), "".join(map(_chip, chips))]
     rows += [f"<small>{html.escape(text)}</small>" for text in about]
     rows[-1] += f" &nbsp; <small>{legend}</small>"
     return "".join(f'<p style="{_LINE}">{row}</p>' for row in rows if row)
@@ -133,10 +132,9 @@ class CourseBar(Live):
         if self.output.get("busy"):
             self.output = {**self.output, "notice": f"{self.output['title']} still runs. Wait until it has ended."}
             return
-        notice = "" if saved else NOT_SAVED[saved].format(command=f"{self.commands[command].lower()}(…)")
+        self._notice = "" if saved else NOT_SAVED[saved].format(command=f"{self.commands[command].lower()}(…)")
         runs = bool(saved) or command == "check"
-        self._notice = notice
-        self.output = {"title": self.commands[command], "text": "", "notice": notice, "busy": runs}
+        self.output = {"title": self.commands[command], "text": "", "notice": self._notice, "busy": runs}
         if runs:
             threading.Thread(target=self._run, args=(command,), daemon=True).start()
 

@@ -91,8 +91,7 @@ class Lab(Session):
         self.policy = bench_policy(folder, DRAW)
         self.seed = self.policy.seed_for(student, student_seed)
         bench = self.bench()
-        self.servo = bench.servo
-        self.joint = bench.joint
+        self.servo, self.joint = bench.servo, bench.joint
         super().__init__(student, folder, CATALOGUE, bench.identity, self.seed)
         if not quiet:
             parts = f"arm in position {self.joint.arm_position}, encoders of type {self.servo.encoder}"
