@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from rotflex import figures
-from rotflex.figures.pictures import png
+from rotflex.figures import png
 from rotflex.recording import Recording
 
 PER_RADIAN = 180 / np.pi
