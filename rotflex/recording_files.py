@@ -71,8 +71,15 @@ def table(path: Path, names: Sequence[str]) -> tuple[Sequence[str], Array, dict[
     bare = bool(first) and _NO_NUMBER.search("".join(first)) is None
     if bare and not names:
         raise RecordingError(f"{path.name} has no headings. {name_columns(len(first))}")
-    headings = names or first
-    return headings, _numbers(path.name, rows[0 if bare else 1 :], len(headings)), metadata
+    headings, rows = names or first, rows[0 if bare else 1 :]
+    needed = f"{path.name}: every row needs {len(headings)} numbers"
+    for row in rows:
+        if len(row) != len(headings):
+            raise RecordingError(f"{needed}, one for each heading; one is {row}.")
+    try:
+        return headings, np.array(rows, dtype=np.float64).reshape(len(rows), len(headings)), metadata
+    except ValueError as error:
+        raise RecordingError(f"{needed}: {error}") from None
 
 
 def name_columns(count: int) -> str:
@@ -148,16 +155,6 @@ def _read(path: Path) -> tuple[list[list[str]], dict[str, Any]]:
         raise RecordingError(f"{path.name} cannot be read as a table: {error}") from None
 
 
-def _numbers(file: str, rows: list[list[str]], count: int) -> Array:
-    for row in rows:
-        if len(row) != count:
-            raise RecordingError(f"{file}: every row needs {count} numbers, one for each heading; one is {row}.")
-    try:
-        return np.array(rows, dtype=np.float64).reshape(len(rows), count)
-    except ValueError as error:
-        raise RecordingError(f"{file}: every row needs {count} numbers: {error}") from None
-
-
 def metadata_of(text: str, source: str) -> dict[str, Any]:
     """A file's description, which is a JSON object.
 
@@ -193,9 +190,8 @@ def arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
         description is no JSON object.
     """
     content = _content(path)
-    places = list(_places(content))
     found: dict[str, tuple[str, Any]] = {}
-    for name, where, value in places:
+    for name, where, value in _places(content):
         if name in found and not _same(found[name][1], value):
             raise RecordingError(
                 f"{path.name} holds {name} twice, as {found[name][0]} and as {where}: save the one that is meant "

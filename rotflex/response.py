@@ -174,13 +174,9 @@ def worst(steps: Sequence[StepResponse]) -> Summary:
         raise IdentificationError(f"Nothing could be measured: {steps_text}. Record for longer.")
     largest = max(step.size for step in measurable)
     full = [step for step in measurable if step.size >= _FULL_SIZE * largest]
-
-    def largest_of(quantity: str) -> float | None:
-        values = [getattr(step, quantity) for step in full]
-        return None if None in values else max(abs(value) for value in values)
-
+    values = {name: [getattr(step, name) for step in full] for name in _QUANTITIES}
     return Summary(
-        **{name: largest_of(name) for name in _QUANTITIES},
+        **{name: None if None in found else max(map(abs, found)) for name, found in values.items()},
         steps=len(full),
         left_out=len(steps) - len(full),
         remarks=tuple(_at(step) for step in steps if step.remark),
