@@ -19,6 +19,7 @@
 from __future__ import annotations
 
 import linecache
+import traceback
 from collections.abc import Iterator
 from types import TracebackType
 
@@ -41,16 +42,12 @@ class RotflexError(Exception):
 def _lines_of_cells(trace: TracebackType | None) -> Iterator[str]:
     """The lines of a notebook's cells that were being run, the outermost first."""
     this = ""
-    while trace is not None:
-        frame, number = trace.tb_frame, trace.tb_lineno
-        trace = trace.tb_next
-        if frame.f_globals.get("__name__") != "__main__":
-            continue
-        name = frame.f_code.co_filename
-        this = this or name
-        line = "line {number}" if name == this else "line {number} of a cell that was run before"
-        where = line.format(number=number)
-        yield f"  {where}:  {linecache.getline(name, number, frame.f_globals).strip()}".rstrip(" :")
+    for frame, number in traceback.walk_tb(trace):
+        if frame.f_globals.get("__name__") == "__main__":
+            name = frame.f_code.co_filename
+            this = this or name
+            where = f"line {number}" if name == this else f"line {number} of a cell that was run before"
+            yield f"  {where}:  {linecache.getline(name, number, frame.f_globals).strip()}".rstrip(" :")
 
 
 class ConfigurationError(RotflexError, ValueError):

@@ -138,16 +138,8 @@ def state_space(
     )
     A += 0.0  # turns -0.0, which reads badly, into 0.0
     B = np.array([[0], [0], [1 / J_eq], [-1 / J_eq]])
-    system = control.StateSpace(
-        A,
-        B,
-        np.eye(2, 4),
-        np.zeros((2, 1)),
-        states=list(STATES),
-        inputs=["tau"],
-        outputs=list(OUTPUTS),
-        name="rotary_flexible_joint",
-    )
+    named = {"states": [*STATES], "inputs": ["tau"], "outputs": [*OUTPUTS], "name": "rotary_flexible_joint"}
+    system = control.StateSpace(A, B, np.eye(2, 4), np.zeros((2, 1)), **named)
     return with_actuator(system, servo) if input == "voltage" else system
 
 
