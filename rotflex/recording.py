@@ -241,8 +241,8 @@ class Recording:
 
     # --- the files' layout ---------------------------------------------------------------------------------------
 
-    def _arrays(self) -> dict[str, Vector]:
-        """The channels as the laboratory's arrays, in degrees and volts."""
+    def _arrays(self) -> tuple[dict[str, Vector], list[str]]:
+        """The channels as the laboratory's arrays, in degrees and volts, and names of those without a usual place."""
         arrays = {}
         second = {"theta": "theta_model" if "theta_model" in self else "theta_ref", "alpha": "alpha_model"}
         for angle in ("theta", "alpha"):
@@ -260,12 +260,11 @@ class Recording:
         other = [name for name in self.channels if name not in placed]
         if other:
             arrays[recording_files.OTHER] = np.column_stack([self.time, *(self[name] for name in other)])
-        return arrays
+        return arrays, other
 
     def _placed(self, arrays: Mapping[str, Vector]) -> set[str]:
         """Names of the channels that some of the laboratory's arrays hold."""
-        usual = {name: array for name, array in arrays.items() if name != recording_files.OTHER}
-        return set(self._from_arrays(usual, self.metadata).channels) if usual else set()
+        return set(self._from_arrays(arrays, self.metadata).channels) if arrays else set()
 
     @classmethod
     def _from_arrays(cls, arrays: Mapping[str, Vector], metadata: Mapping[str, Any]) -> Recording:
@@ -295,14 +294,13 @@ class Recording:
     def _write_mat(self, path: Path, variables: Iterable[str] | None) -> None:
         from scipy.io import savemat
 
-        arrays = self._arrays()
+        arrays, other = self._arrays()
         wanted = list(arrays) if variables is None else list(variables)
         missing = [name for name in wanted if name not in arrays]
         if missing:
             raise RecordingError(f"This recording cannot give {missing[0]}; it can give {', '.join(arrays)}.")
         content: dict[str, Any] = {name: arrays[name] for name in wanted}
-        other = set(self.channels) - self._placed(arrays) if recording_files.OTHER in wanted else ()
-        content[recording_files.METADATA] = self._description(other)
+        content[recording_files.METADATA] = self._description(other if recording_files.OTHER in wanted else ())
         savemat(str(path), content, appendmat=False, format="5", do_compression=True)
 
     def _write_csv(self, path: Path, variables: Iterable[str] | None) -> None:
