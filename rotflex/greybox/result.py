@@ -1,4 +1,18 @@
-"""What a fit has found, and what can be done with it."""
+"""What a fit has found, and what can be done with it: predict a recording, or a loop with its band.
+
+A :class:`Band` is where a recording of the bench should lie. A prediction errs for two reasons. A band has both, as the
+root of the sum of their squares:
+
+* *The bench changes from run to run.* Friction, omega_n and the delay are drawn, and the loop is simulated with each
+  draw. One recording does not tell how much the first two change. A factor of 1.5 in friction and a standard deviation
+  of 1.1 % in omega_n are known of such rigs (``FRICTION``, ``OMEGA_N_SPREAD``). Between several recordings, the spread
+  is measured. Two or three recordings tell little of a spread. Therefore the known spread counts as one recording more.
+  The link's dry friction is drawn from none on, because a fit finds too much of it: a real link rings on for seconds.
+* *The plant is not the bench.* The margin is what the fit leaves (root mean square). It is at least a count and a half
+  of the encoder, because the counters of the bench and of its twin do not change at the same angles.
+
+The band reaches 1.96 times this root to either side of the prediction. That holds 95 % of normal errors.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +20,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,8 +28,8 @@ from numpy.typing import ArrayLike, NDArray
 from rotflex import hil
 from rotflex.config import Joint, Servo
 from rotflex.controller import Controller
-from rotflex.greybox.bands import ANGLES, REACH, Band
-from rotflex.greybox.problem import Problem, changed, rms
+from rotflex.errors import IdentificationError
+from rotflex.greybox.problem import Problem, changed, less_mean, rms, windows
 from rotflex.greybox.solving import Chosen, search, student
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop
@@ -22,16 +37,18 @@ from rotflex.hil.guard import Limits
 from rotflex.hil.loop import run as run_loop
 from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec, with_friction
 from rotflex.hil.virtual import Timing
-from rotflex.identification import Estimate
+from rotflex.identification import Estimate, channel
 from rotflex.plant import PlantParameters
 from rotflex.progress import progress as bar
 from rotflex.recording import Recording
-from rotflex.units import DEG
+from rotflex.units import DEG, Vector
 
 FRICTION = 1.5  #: the largest factor by which the friction of such rigs changes from run to run
 #: standard deviation from run to run, relative: fits to three logs of one bench gave 23.01, 23.22 and 22.72 rad/s
 OMEGA_N_SPREAD = 0.011
 KNOWN = 1  #: the known spread counts as so many recordings, beside those that are measured
+REACH = 1.96  #: standard deviations: 95 % of normal errors
+ANGLES = ("theta", "alpha")
 _DRAWS = 20
 _COUNTS = 1.5  # of an encoder: the least margin
 _LEAST = 1e-3  # N·m: of less friction, a relative spread says nothing
@@ -181,7 +198,7 @@ class FitResult:
         """Predict a loop on the bench, with the band in which 95 % of a recording's samples should lie.
 
         The plant is simulated on its bench about twenty times, from rest at zero: with encoders and delay, and with
-        other friction, omega_n and delay each time. See :mod:`rotflex.greybox.bands` for what the band stands on. A
+        other friction, omega_n and delay each time. See :mod:`rotflex.greybox.result` for what the band stands on. A
         reference of 10 s at 2 ms takes about 3 s. The same fit and reference give the same band.
 
         Parameters
@@ -268,30 +285,6 @@ class FitResult:
         )
 
 
-def _changed(fit: FitResult, servo: float, link: float, omega_n: float, delay: float) -> VirtualPlantSpec:
-    """Return the fitted bench with friction times factors, and with another omega_n (relative) and delay (s)."""
-    plant = replace(with_friction(fit.parameters, servo, link), K_s=fit.parameters.K_s * (1 + omega_n) ** 2)
-    return VirtualPlantSpec(fit.joint, plant, Timing(delay=max(fit.delay + delay, 0.0)))
-
-
-def _spread(fit: FitResult) -> tuple[float, float, float]:
-    """Return how far a run may be from the fit: a factor of friction, omega_n (relative), and the delay (s).
-
-    The draws are even. Half their width is √3 standard deviations.
-    """
-    known = np.array([math.log(FRICTION), math.sqrt(3) * OMEGA_N_SPREAD])
-    delay = math.sqrt(3) * fit.estimates["delay"].uncertainty if "delay" in fit.estimates else 0.0
-    logs = len(fit.predictions)
-    if logs > 1:
-        scale = math.sqrt(3 * logs) / student(logs)  # an interval reaches Student's t standard errors of a mean
-        ways = [name for name in ("servo_friction_plus", "servo_friction_minus") if name in fit.intervals]
-        relative = [np.ptp(fit.intervals[name]) / 2 / max(fit.estimates[name].value, _LEAST) for name in ways]
-        friction = scale * np.mean(relative) if ways else known[0]
-        measured = np.array([friction, scale * 2 * fit.omega_n.uncertainty / fit.omega_n.value])
-        known = np.sqrt((KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1) * (1 + 1 / logs))
-    return math.exp(known[0]), float(known[1]), delay
-
-
 @dataclass(frozen=True)
 class LeftOut:
     """Each recording as the others predict it. ``print`` it for a table.
@@ -323,6 +316,158 @@ class LeftOut:
             lines.append(f"{name:{width}} {in_degrees(prediction.rms):24} {in_degrees(found.residual_rms)}")
         lines.append(f"{'all':{width}} {in_degrees(self.rms)}")
         return "\n".join(lines)
+
+
+# --- the band of a predicted loop -------------------------------------------------------------------------------------
+
+
+class Curves(NamedTuple):
+    """A prediction of one angle, (n,) rad each."""
+
+    lower: Vector
+    middle: Vector
+    upper: Vector
+
+
+class Inside(NamedTuple):
+    """Share of the samples inside a band, from 0 to 1."""
+
+    theta: float
+    alpha: float
+
+    def __str__(self) -> str:
+        return f"Inside the band: {self.theta:.1%} of theta, {self.alpha:.1%} of alpha."
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """A prediction with its band. ``print`` it for its width and for what it stands on; call it with a recording.
+
+    Attributes
+    ----------
+    time : (n,) s
+    middle : (2, n) theta and alpha of the fitted plant, rad
+    draws : (m, 2, n) the same of plants that differ from it as runs do
+    margin : (2,) rad RMS, for what the fit leaves unexplained
+    is_open : whether the loop is open. Then theta drifts, and it is compared less its mean difference in each window
+        of 1 s
+    spread : what was drawn, in words
+    """
+
+    time: Vector
+    middle: NDArray[np.float64]
+    draws: NDArray[np.float64]
+    margin: Vector
+    is_open: bool
+    spread: str
+
+    @property
+    def theta(self) -> Curves:
+        """Lower curve, prediction, and upper curve of theta, rad."""
+        return self._curves(0)
+
+    @property
+    def alpha(self) -> Curves:
+        """Lower curve, prediction, and upper curve of alpha, rad."""
+        return self._curves(1)
+
+    @property
+    def half_width(self) -> dict[str, float]:
+        """Root mean square of half the width, rad, by angle."""
+        curves = dict(zip(ANGLES, (self.theta, self.alpha), strict=True))
+        return {name: rms(one.upper - one.middle) for name, one in curves.items()}
+
+    def __call__(self, recording: Recording) -> Inside:
+        """Return the shares of a recording's samples that lie inside.
+
+        The recording begins where the band does: at rest, at zero. For a part of one, cut both, as in
+        ``band.between(5, 10)(recording.between(5, 10))``.
+
+        Raises
+        ------
+        IdentificationError
+            If the recording has another length or sample time, or no theta or alpha.
+        """
+        pairs = zip(self.around(recording), map(recording.__getitem__, ANGLES), strict=True)
+        return Inside(*(float(np.mean((one.lower <= angle) & (angle <= one.upper))) for one, angle in pairs))
+
+    def around(self, recording: Recording) -> tuple[Curves, Curves]:
+        """Return the curves of theta and alpha for a recording: in an open loop, theta's follow its drift.
+
+        Raises
+        ------
+        IdentificationError
+            As a call of the band.
+        """
+        theta, _alpha = (channel(recording, name, may_be_constant=True) for name in ANGLES)
+        step = self.time[1] - self.time[0]
+        if len(recording) != self.time.size or abs(recording.sample_time - step) > 1e-3 * step:
+            raise IdentificationError(
+                f"The recording has {len(recording)} samples, one every {recording.sample_time * 1e3:.4g} ms; the band "
+                f"has {self.time.size}, one every {step * 1e3:.4g} ms. Predict along the recording's own reference. "
+                "For a part of a recording, cut both: band.between(5, 10)(recording.between(5, 10))."
+            )
+        if not self.is_open:
+            return self.theta, self.alpha
+        left = theta - self.middle[0]
+        drift = left - self._less_drift(left)
+        return Curves(*(curve + drift for curve in self.theta)), self.alpha
+
+    def between(self, start: float, stop: float) -> Band:
+        """Return the part with start <= t < stop (s), its time counted from its own beginning.
+
+        Raises
+        ------
+        RecordingError
+            If there is nothing between.
+        """
+        theta, alpha = self.middle
+        part = Recording.of(self.time, theta=theta, alpha=alpha).between(start, stop)
+        first = int(np.searchsorted(self.time, start - 1e-6 * part.sample_time))
+        cut = slice(first, first + len(part))
+        return replace(self, time=part.time, middle=self.middle[:, cut], draws=self.draws[:, :, cut])
+
+    def __str__(self) -> str:
+        width = f"Band of 95 % over {self.time[-1]:g} s; half width (RMS, deg): {in_degrees(self.half_width)}."
+        drifts = " Theta drifts in an open loop: it is compared in windows of 1 s." if self.is_open else ""
+        return f"{width}{drifts}\n{self.spread}"
+
+    def _curves(self, angle: int) -> Curves:
+        away = self.draws[:, angle] - self.middle[angle]
+        if self.is_open and angle == 0:
+            away = np.array([self._less_drift(one) for one in away])
+        half = REACH * np.sqrt(np.mean(away**2, axis=0) + self.margin[angle] ** 2)
+        return Curves(self.middle[angle] - half, self.middle[angle], self.middle[angle] + half)
+
+    def _less_drift(self, difference: Vector) -> Vector:
+        return less_mean(difference, windows(np.arange(self.time.size), self.time.size, float(self.time[1])))
+
+
+def _changed(fit: FitResult, servo: float, link: float, omega_n: float, delay: float) -> VirtualPlantSpec:
+    """Return the fitted bench with friction times factors, and with another omega_n (relative) and delay (s)."""
+    plant = replace(with_friction(fit.parameters, servo, link), K_s=fit.parameters.K_s * (1 + omega_n) ** 2)
+    return VirtualPlantSpec(fit.joint, plant, Timing(delay=max(fit.delay + delay, 0.0)))
+
+
+def _spread(fit: FitResult) -> tuple[float, float, float]:
+    """Return how far a run may be from the fit: a factor of friction, omega_n (relative), and the delay (s).
+
+    The draws are even. Half their width is √3 standard deviations.
+    """
+    known = np.array([math.log(FRICTION), math.sqrt(3) * OMEGA_N_SPREAD])
+    delay = math.sqrt(3) * fit.estimates["delay"].uncertainty if "delay" in fit.estimates else 0.0
+    logs = len(fit.predictions)
+    if logs > 1:
+        scale = math.sqrt(3 * logs) / student(logs)  # an interval reaches Student's t standard errors of a mean
+        ways = [name for name in ("servo_friction_plus", "servo_friction_minus") if name in fit.intervals]
+        relative = [np.ptp(fit.intervals[name]) / 2 / max(fit.estimates[name].value, _LEAST) for name in ways]
+        friction = scale * np.mean(relative) if ways else known[0]
+        measured = np.array([friction, scale * 2 * fit.omega_n.uncertainty / fit.omega_n.value])
+        known = np.sqrt((KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1) * (1 + 1 / logs))
+    return math.exp(known[0]), float(known[1]), delay
+
+
+# --- from the fit -----------------------------------------------------------------------------------------------------
 
 
 def result_of(chosen: Chosen, servo: Servo, joint: Joint) -> FitResult:
