@@ -298,8 +298,8 @@ def hold(bench: Bench, duration: float = 20.0, progress: bool = True) -> Recordi
     Recording
         theta_ref, theta, alpha, vm, from the first sample on; nothing waits for the arm to be at rest.
     """
-    straight_on = np.zeros(time_axis(duration, SAMPLE_TIME).size)
-    return _run(bench, HOLDING(), straight_on, {"experiment": "hold"}, progress, from_rest=False)
+    in_place = np.zeros(time_axis(duration, SAMPLE_TIME).size)
+    return _run(bench, HOLDING(), in_place, {"experiment": "hold"}, progress, from_rest=False)
 
 
 def rest(bench: Bench) -> None:
