@@ -44,6 +44,19 @@ def in_radians(what: str, angle: float) -> float:
     return angle
 
 
+def positive(what: str, value: float, unit: str) -> float:
+    """Return ``value`` as a float if it is a positive, finite number of ``unit``.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not; the message calls it ``what``.
+    """
+    if not (np.isfinite(value) and value > 0):
+        raise ConfigurationError(f"{what} is {value!r}; it must be a positive number, in {unit}.")
+    return float(value)
+
+
 def finite_vector(what: str, values: Any, error: type[RotflexError] = ConfigurationError) -> Vector:
     """Return a copy of ``values``, an array (n,) of finite numbers.
 

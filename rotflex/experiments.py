@@ -99,8 +99,7 @@ def sweep(
         volts = chirp(t, f_start, f_stop, 0.8 if amplitude is None else amplitude)
         return _run(bench, OpenLoop(), volts, settings, progress)
     turned = 4 * DEG if amplitude is None else in_radians("amplitude", amplitude)
-    theta_ref = chirp(t, f_start, f_stop, turned)
-    return _run(bench, FOLLOWING(), theta_ref, settings, progress)
+    return _run(bench, FOLLOWING(), chirp(t, f_start, f_stop, turned), settings, progress)
 
 
 def free_decay(bench: Bench, amplitude: float = 10 * DEG, duration: float = 6.0, progress: bool = True) -> Recording:

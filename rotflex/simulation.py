@@ -23,7 +23,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from rotflex import __version__
-from rotflex.config import DAC_LIMIT, Servo, finite_vector, in_radians, one_of
+from rotflex.config import DAC_LIMIT, Servo, finite_vector, in_radians, one_of, positive
 from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
 from rotflex.plant import Plant, PlantParameters, State
@@ -149,8 +149,7 @@ def closed_loop(
     one_of("feedback", feedback, ("full", "partial"))
     one_of("fidelity", fidelity, ("exact", "workbook"))
     limit = np.inf if saturation is None else float(saturation)
-    if not 0 < sample_time < np.inf:
-        raise ConfigurationError(f"sample_time is {sample_time!r}; it must be a positive number of seconds.")
+    positive("sample_time", sample_time, "s")
     if not limit > 0:
         raise ConfigurationError(f"saturation is {saturation!r}; it must be a positive voltage, or None.")
     if feedback == "partial":
@@ -212,8 +211,7 @@ def run(
         If ``sample_time`` is not positive.
     """
     theta_ref, state = _reference(reference), _matrix("x0", x0, [(4,), (4, 1)]).reshape(4)
-    if not 0 < sample_time < np.inf:
-        raise ConfigurationError(f"sample_time is {sample_time!r}; it must be a positive number of seconds.")
+    positive("sample_time", sample_time, "s")
     moving, control = Plant(plant, State(*state.tolist())), begun(controller)
     theta, alpha, vm = (np.empty(theta_ref.size) for _signal in range(3))
     for k, theta_d in enumerate(theta_ref.tolist()):

@@ -209,9 +209,9 @@ class Problem:
         """theta and alpha (n,) of a recording, rad."""
         value = self.values(unknowns, place)
         rates = (value.get("theta_dot_0", 0.0), value.get("alpha_dot_0", 0.0))
-        plant = self.plant(unknowns, place)
         self.count()
-        return self.records[place].simulate(plant, value.get("delay", self.delay), value["alpha_offset"], rates)
+        delay, plant = value.get("delay", self.delay), changed(self.start, value)
+        return self.records[place].simulate(plant, delay, value["alpha_offset"], rates)
 
     def residual(self, unknowns: Vector) -> Vector:
         """What is left of all recordings."""

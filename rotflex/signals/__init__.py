@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from rotflex.config import finite_vector
+from rotflex.config import finite_vector, positive
 from rotflex.errors import ConfigurationError
 from rotflex.units import Vector
 
@@ -34,8 +34,8 @@ def time_axis(duration: float, sample_time: float) -> Vector:
     ConfigurationError
         If ``sample_time`` is not positive, or ``duration`` is shorter than one sample time.
     """
-    sample_time = _positive("sample_time", sample_time, "s")
-    duration = _positive("duration", duration, "s")
+    sample_time = positive("sample_time", sample_time, "s")
+    duration = positive("duration", duration, "s")
     intervals = int(np.floor(duration / sample_time * (1 + _EDGE_TOLERANCE)))
     if intervals < 1:
         raise ConfigurationError(f"A duration of {duration:g} s is shorter than one sample time of {sample_time:g} s.")
@@ -59,7 +59,7 @@ def chirp(t: Any, f_start: float, f_stop: float, amplitude: float = 1.0) -> Vect
         If a frequency is not positive or is too high for the sample time, or if ``t`` is not a time axis.
     """
     time = _times(t)
-    f_start, f_stop = _positive("f_start", f_start, "Hz"), _positive("f_stop", f_stop, "Hz")
+    f_start, f_stop = positive("f_start", f_start, "Hz"), positive("f_stop", f_stop, "Hz")
     highest, sample_time = max(f_start, f_stop), _sample_time(time)
     if highest >= 0.5 / sample_time:
         raise ConfigurationError(
@@ -87,7 +87,7 @@ def square_wave(t: Any, frequency: float, amplitude: float = 1.0) -> Vector:
     ConfigurationError
         If ``frequency`` is not positive.
     """
-    half_periods = 2 * _positive("frequency", frequency, "Hz") * _times(t)
+    half_periods = 2 * positive("frequency", frequency, "Hz") * _times(t)
     which = np.floor(half_periods + _EDGE_TOLERANCE * np.maximum(1.0, np.abs(half_periods)))
     return amplitude * np.where(which % 2 == 0, 1.0, -1.0)
 
@@ -112,7 +112,7 @@ def rate_limit(x: Any, rate: float, sample_time: float, initial: float = 0.0) ->
     ConfigurationError
         If ``rate`` or ``sample_time`` is not positive, or ``x`` is not a vector of numbers.
     """
-    largest = _positive("rate", rate, "1/s") * _positive("sample_time", sample_time, "s")
+    largest = positive("rate", rate, "1/s") * positive("sample_time", sample_time, "s")
     limited = []
     y = float(initial)
     for wanted in finite_vector("x", x).tolist():
@@ -160,21 +160,15 @@ def shaped(x: Any, omega_n: float, zeta: float, sample_time: float) -> Vector:
     ConfigurationError
         If ``x`` is not a vector of numbers, or another value is out of its range.
     """
-    command, omega_n = finite_vector("x", x), _positive("omega_n", omega_n, "rad/s")
+    command, omega_n = finite_vector("x", x), positive("omega_n", omega_n, "rad/s")
     if not 0 <= zeta < 1:
         raise ConfigurationError(f"zeta is {zeta!r}; it must be at least 0 and below 1.")
     root = np.sqrt(1 - zeta**2)
-    later = np.pi / (omega_n * root) / _positive("sample_time", sample_time, "s")
+    later = np.pi / (omega_n * root) / positive("sample_time", sample_time, "s")
     left = np.exp(-np.pi * zeta / root)  # of a swing, after half a period
     samples = np.arange(command.size)
     delayed = np.interp(samples - later, samples, command)
     return np.asarray((command + left * delayed) / (1 + left))
-
-
-def _positive(what: str, value: float, unit: str) -> float:
-    if not (np.isfinite(value) and value > 0):
-        raise ConfigurationError(f"{what} is {value!r}; it must be a positive number, in {unit}.")
-    return float(value)
 
 
 def _times(t: Any) -> Vector:
