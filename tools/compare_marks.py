@@ -50,12 +50,14 @@ def _build_honest(folder: Path) -> None:
 
 
 def _build_hostile(folder: Path) -> None:
-    from hostile_outside import CLASS, Listeners, grade
+    import hostile_outside
 
     (open_to_all := folder / "open").mkdir(parents=True)
-    listeners = Listeners(open_to_all, "token")
-    grade(CLASS, folder, open_to_all, "token", os.getpid(), listeners)
-    listeners.close()
+    # Earlier commits give their attackers something to reach for over the network.
+    listeners = [made(open_to_all, "token")] if (made := getattr(hostile_outside, "Listeners", None)) else []
+    hostile_outside.grade(hostile_outside.CLASS, folder, open_to_all, "token", os.getpid(), *listeners)
+    for one in listeners:
+        one.close()
     (folder / "submissions").rename(folder / "in")
 
 

@@ -95,7 +95,8 @@ class Markup:
             return [self._source(piece.source, _line(blocks))] if piece.source else blocks
         caption = _line(self._cleaned(self._read[piece.caption]))
         if piece.svg or not piece.table:
-            shown = self._picture(piece.svg.encode(), "figure.svg", piece.alt) if piece.svg else _emphasised(piece.alt)
+            emphasised = {"t": "Emph", "c": _words(piece.alt)}
+            shown = self._picture(piece.svg.encode(), "figure.svg", piece.alt) if piece.svg else emphasised
             return [self._figure(shown, caption, piece.label)]
         table, *_rest = self._cleaned(self._read[piece.table])
         kind, _space, label = piece.label.partition(" ")
@@ -238,10 +239,8 @@ class Markup:
 
 def _captioned(label: str, caption: list[Node]) -> list[Any]:
     """Return a caption with its label before it."""
-    return [
-        None,
-        [{"t": "Plain", "c": [_span("", [{"t": "Strong", "c": _words(f"{label}.")}]), {"t": "Space"}, *caption]}],
-    ]
+    before = _span("", [{"t": "Strong", "c": _words(f"{label}.")}])
+    return [None, [{"t": "Plain", "c": [before, {"t": "Space"}, *caption]}]]
 
 
 def _line(blocks: list[Node]) -> list[Node]:
@@ -266,10 +265,6 @@ def _words(text: str) -> list[Node]:
     names = {" ": "Space", "\n": "SoftBreak"}
     pieces = filter(None, re.split(r"([ \n])", text))
     return [{"t": names[piece]} if piece in names else {"t": "Str", "c": piece} for piece in pieces]
-
-
-def _emphasised(text: str) -> Node:
-    return {"t": "Emph", "c": _words(text)}
 
 
 def _span(name: str, nodes: list[Node], tag: str = "") -> Node:

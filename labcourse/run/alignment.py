@@ -84,6 +84,11 @@ class Alignment:
     changes: tuple[Change, ...]
 
 
+def cells_by_change(changes: Sequence[Change]) -> dict[Happened, list[str]]:
+    """Return the ids of the cells to which each thing happened."""
+    return {what: [change.cell for change in changes if change.what is what] for what in Happened}
+
+
 def role_of(cell: Mapping[str, Any]) -> Role:
     """Return what a cell of the course's notebooks is."""
     metadata = cell.get("metadata", {})

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -25,7 +25,7 @@ from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import plural
 from labcourse.problems import Code, Problem, Where
 from labcourse.run import execute, merge, portability, reasons, student_folder
-from labcourse.run.alignment import Change, Happened, Role, asked_cells, source_of
+from labcourse.run.alignment import Change, Role, asked_cells, cells_by_change, source_of
 from labcourse.run.merge import Merged
 from labcourse.run.reasons import Reasons
 from labcourse.run.student_folder import StudentFolder
@@ -175,7 +175,8 @@ def check(
         notes=(
             *(_of_changes(name, changed) for name, changed in merged.changes.items() if changed),
             *work.notes,
-            *filter(None, (incomparable, _other_release(work), _newer_python(work))),
+            *([incomparable] if incomparable else []),
+            *_of_versions(work.hand_in.course),
             *(
                 replace(note, where=name)
                 for name, of in written.items()
@@ -285,28 +286,21 @@ def _unlike(parts: Mapping[Where, CheckedPart], home: Mapping[str, Any], why: Re
         yield Problem.of(Code.ANSWERS_UNLIKE, answers=[*unlike])
 
 
-def _of_changes(name: str, changes: Iterable[Change]) -> Problem:
+def _of_changes(name: str, changes: Sequence[Change]) -> Problem:
     """Return what happened to the course's cells in a notebook."""
-    cells = [(what, [change.cell for change in changes if change.what is what]) for what in Happened]
-    happened = [one for one in cells if one[1]]
-    return Problem.of(Code.CELLS_CHANGED, name, cells=happened, number=name.partition("_")[0])
+    cells = [(what, ids) for what, ids in cells_by_change(changes).items() if ids]
+    return Problem.of(Code.CELLS_CHANGED, name, cells=cells, number=name.partition("_")[0])
 
 
-def _other_release(work: StudentFolder) -> Problem | None:
-    """Return that work was begun under another release than the one that is installed."""
-    begun, here = work.hand_in.course.get(course_file.RELEASE_KEY), notebooks.release()
-    if not here or not isinstance(begun, str) or begun == here:
-        return None
-    return Problem.of(Code.OTHER_RELEASE_BEGUN, begun=begun[:80], here=here)
-
-
-def _newer_python(work: StudentFolder) -> Problem | None:
-    """Return that an older Python grades than the one that runs here."""
-    grader = portability.version(work.hand_in.course.get(course_file.PYTHON))
-    if grader is None or grader >= portability.HERE:
-        return None
-    here, there = map(portability.version_text, (portability.HERE, grader))
-    return Problem.of(Code.OLDER_PYTHON_GRADES, here=here, there=there)
+def _of_versions(course: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield that work was begun under another release than the installed one, and that an older Python grades it."""
+    begun, here = course.get(course_file.RELEASE_KEY), notebooks.release()
+    if here and isinstance(begun, str) and begun != here:
+        yield Problem.of(Code.OTHER_RELEASE_BEGUN, begun=begun[:80], here=here)
+    grader = portability.version(course.get(course_file.PYTHON))
+    if grader is not None and grader < portability.HERE:
+        ours, theirs = map(portability.version_text, (portability.HERE, grader))
+        yield Problem.of(Code.OLDER_PYTHON_GRADES, here=ours, there=theirs)
 
 
 def _foreign(work: StudentFolder, merged: Merged) -> Iterator[Problem]:

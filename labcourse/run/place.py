@@ -15,13 +15,12 @@ from labcourse import courses
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE
 from labcourse.errors import ConfigurationError
-from labcourse.run import from_notebook
+from labcourse.run import from_notebook, skippable_cells
 from labcourse.run.alignment import recorded, source_of
 
 SESSION = "JPY_SESSION_NAME"  #: environment variable: the notebook's path, set by the server that starts its kernel
 _QUESTION = re.compile(r"(?<![\w.])\d+\.\d+(?=[,:;)]|  | first|$)", re.MULTILINE)  # and no value with its unit
 _TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
-_ILLUSTRATION = "illustration"  # tag of a cell that no answer needs
 
 
 _Beside = tuple[str, str] | None  # file name and title of a notebook
@@ -68,7 +67,7 @@ def here(folder: Path, catalogue: Catalogue) -> NotebookPlace:
     builds: dict[str, str] = {}
     waiting: list[str] = []
     for cell in _cells(own):
-        waiting += [cell["id"]] if _ILLUSTRATION not in cell["metadata"].get("tags", ()) else []
+        waiting += [cell["id"]] if skippable_cells.ILLUSTRATION not in cell["metadata"].get("tags", ()) else []
         for entry in recorded([cell]):
             if entry.question in catalogue.everything:
                 builds |= dict.fromkeys(waiting, entry.question)

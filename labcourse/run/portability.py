@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import importlib.metadata
 import importlib.util
 import os
@@ -13,6 +14,7 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from labcourse.patterns import pattern
+from labcourse.run.skippable_cells import NO_PYTHON
 
 Version = tuple[int, int]  #: of Python: major, minor
 HERE: Version = (sys.version_info.major, sys.version_info.minor)
@@ -40,8 +42,7 @@ def not_packed(source: str, folder: Path, packed: Collection[str]) -> Iterator[s
     folder : from which relative names go
     packed : paths of the files that are handed in, with "/"
     """
-    tree = _tree(_python(source))
-    for node in ast.walk(tree) if tree else ():
+    for node in _nodes(source):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             name = posixpath.normpath(unicodedata.normalize("NFC", node.value))
             if name not in packed and os.path.isfile(folder / node.value):
@@ -77,29 +78,21 @@ def foreign(sources: Iterable[str], own: Iterable[str], packages: Collection[str
 
 def imported(source: str) -> Iterator[str]:
     """Yield the top-level names of the modules that a source imports, anywhere in it."""
-    tree = _tree(_python(source))
-    for node in ast.walk(tree) if tree else ():
+    for node in _nodes(source):
         if isinstance(node, ast.Import):
             yield from (alias.name.partition(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             yield node.module.partition(".")[0]
 
 
-def _python(source: str) -> str:
-    """Return the source of a cell as Python alone: IPython's magics become calls."""
+def _nodes(source: str) -> Iterator[ast.AST]:
+    """Yield the nodes of a cell's source, in which IPython's magics are calls; none if it cannot be parsed."""
     from IPython.core.inputtransformer2 import TransformerManager
 
-    try:
-        return TransformerManager().transform_cell(source)
-    except SyntaxError:
-        return source
-
-
-def _tree(code: str) -> ast.Module | None:
-    try:
-        return ast.parse(code)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return None
+    with contextlib.suppress(SyntaxError):
+        source = TransformerManager().transform_cell(source)
+    with contextlib.suppress(*NO_PYTHON):
+        yield from ast.walk(ast.parse(source))
 
 
 def _with_requirements(distributions: Iterable[str]) -> set[str]:

@@ -70,7 +70,6 @@ class Reasons:
     stops : what stopped, and what builds on it
     lost : what was recorded at home and is not here, though nothing stopped
     harmless : what stopped and cost no answer, and parameters that changed nothing
-    ended_by : types of the errors in all of these; "" where Python ended without one
     begun : (question, part) of what the student wrote code for, or what needs none of theirs
     """
 
@@ -79,7 +78,6 @@ class Reasons:
     stops: tuple[Problem, ...] = ()
     lost: tuple[Problem, ...] = ()
     harmless: tuple[Problem, ...] = ()
-    ended_by: frozenset[str] = frozenset()
     begun: frozenset[Where] = frozenset()
 
 
@@ -136,7 +134,6 @@ def explain(
     said = ((cell, problem) for cell in aside if (problem := make.of_harmless(cell)))
     harmless = dict(islice(said, _MOST))
     unused = [one for one in reports.unused[:_MOST] if one[0] in run.cells]
-    named = [*built_on, *harmless]
     return Reasons(
         missing,
         {where: make.of_cell(Code.CELL_STOPPED, cell) for where, cell in stopping.items()},
@@ -146,7 +143,6 @@ def explain(
             *harmless.values(),
             *(Problem.of(Code.NAME_NOT_USED, where, name=name, value=value) for where, name, value in unused),
         ),
-        frozenset(error.type if (error := cell.report and cell.report.error) else "" for cell in named),
         frozenset(filter(run.is_begun, run.recorder)),
     )
 

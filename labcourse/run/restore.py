@@ -181,7 +181,7 @@ def mend(data: bytes, master: Mapping[str, Any], release: str = "") -> tuple[dic
     if of_other is not None:
         notebook["cells"] = of_other.cells()
     changes = alignment.align(master["cells"], Notebook(notebook).cells).changes
-    by_kind = {what: [change.cell for change in changes if change.what is what] for what in Happened}
+    by_kind = alignment.cells_by_change(changes)
     if of_other is None:
         messages = {f"gave back what was {what}": cells for what, cells in by_kind.items()}
     else:

@@ -1,23 +1,19 @@
 """A class through a batch: what is run, what is known already, what a fault costs, what is marked again."""
 
 import json
-import os
 from concurrent.futures import wait
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 
 import pytest
 from fake_class import InlineMarker, left, perfect
-from gradebook_dump import dump
 
-from labcourse import clock
 from labcourse.answers import json_values
-from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import batch
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.graded_run import _marked_again, regrade, submission_of
-from labcourse.grading.settings import Assignment, Deadline, LateSettings, MarkSettings
+from labcourse.grading.settings import Assignment, Deadline, LateSettings
 from labcourse.grading.submission import TIME_RECEIVED
 from labcourse.problems import Code, Problem, has
 
@@ -60,17 +56,6 @@ def test_a_failed_run_replaces_a_mark_and_who_hands_in_the_earlier_version_again
     assert fake_class.runs == ["ada", "ada"]
 
 
-def test_an_empty_notebook_of_a_later_download_does_not_replace_one_with_answers(fake_class, tmp_path):
-    for source, minutes in (("omega_n = 1", -2), ("", -1)):
-        fake_class.hand_in("ada", source=source)
-        when = (clock.now() + timedelta(minutes=minutes)).timestamp()
-        os.utime(fake_class.folder / "in" / "ada" / "a.ipynb", (when, when))
-        assert fake_class.grade() == {"ada": 2}
-    assert fake_class.asked["ada"].notebooks["a.ipynb"]["cells"][0]["source"] == "omega_n = 1"
-    with fake_class.book() as book:
-        assert Problem.of(Code.EMPTY_BESIDE_ANSWERED, "a.ipynb", source="ada") in book.current("ada").run.notes
-
-
 def test_a_hand_in_for_one_assignment_leaves_earlier_notebooks_of_others_as_they_are(fake_class):
     fake_class.hand_in("ada", source="omega_n = 1")
     assert fake_class.grade() == {"ada": 2}
@@ -101,21 +86,6 @@ def test_a_zip_that_cannot_be_read_concerns_the_assignment_that_it_was_handed_in
     assert problem.parameters["notebooks"] == ["b.ipynb"]
 
 
-def test_settings_of_what_marks_come_to_neither_run_nor_mark_anything_again(fake_class):
-    fake_class.hand_in("ada", "bob")
-    fake_class.grade()
-    deadlines = (Deadline(datetime(2026, 11, 21, tzinfo=UTC)),)
-    decided = replace(fake_class.course.settings, marks=MarkSettings(("2.11",)), deadlines=deadlines)
-    course = replace(fake_class.course, settings=decided)
-    with fake_class.book() as book:
-        steps = list(Batch(fake_class.folder / "in", course, book, Settings()).grade())
-        assert [(step.has_run, step.is_new) for step in steps] == [(False, False)] * 2
-        assert len(fake_class.runs) == 2
-        same_bench = replace(course, settings=replace(decided, bench=BenchPolicy("same", seed=7)))
-        (step, _other) = Batch(fake_class.folder / "in", same_bench, book, Settings()).grade()
-        assert step.is_new  # the digest does look at the settings
-
-
 @pytest.mark.parametrize(("has_deadline", "per_day", "asked"), [(True, 10, 1), (True, 0, 0), (False, 10, 0)])
 def test_a_time_of_receipt_is_in_doubt_where_lateness_costs_something(fake_class, has_deadline, per_day, asked):
     fake_class.hand_in("ada")
@@ -124,21 +94,6 @@ def test_a_time_of_receipt_is_in_doubt_where_lateness_costs_something(fake_class
     with fake_class.book() as book:
         made = Batch(fake_class.folder / "in", replace(fake_class.course, settings=settings), book, Settings())
     assert [doubt.about for doubt in made.doubts] == [TIME_RECEIVED] * asked
-
-
-def test_a_batch_that_is_broken_off_goes_on_where_it_was_and_ends_in_the_same_gradebook(fake_class):
-    fake_class.hand_in("ada", "bob", "cleo")
-    fake_class.grade("whole.sqlite", probe_seed=7)
-    with fake_class.book("broken.sqlite") as book:
-        coming = Batch(fake_class.folder / "in", fake_class.course, book, Settings(probe_seed=7)).grade()
-        next(coming)
-        coming.close()
-        done = [one.run.student for one in book.all_current()]
-    before = len(fake_class.runs)
-    fake_class.grade("broken.sqlite", probe_seed=7)
-    assert done and not set(fake_class.runs[before:]) & set(done)
-    with fake_class.book("whole.sqlite") as one, fake_class.book("broken.sqlite") as other:
-        assert dump(one) == dump(other)
 
 
 def test_probe_seeds_are_every_gradebooks_and_every_submissions_own(fake_class):
@@ -218,11 +173,13 @@ def reports(*lines):
 
 
 def test_what_ended_a_run_is_said_once_where_the_cell_is_known_and_else_of_the_run(fake_class):
-    fake_class.hand_in("ada", "bob")
+    """And a cell took too long only if the runner stopped it: cleo's interrupted itself."""
+    fake_class.hand_in("ada", "bob", "cleo")
     problem = Problem.of(Code.CELL_TIMED_OUT, seconds=60)
     error = {"type": "KeyboardInterrupt", "message": "", "line": 1}
     stopped = reports({"event": "started", "cell": "q1"}, {"event": "ended", "cell": "q1", "error": error})
     fake_class.leaves |= {"ada": left(None, (problem,), stopped), "bob": left(None, (problem,))}
+    fake_class.leaves["cleo"] = left(None, (), stopped)
     fake_class.grade()
     with fake_class.book() as book:
         (cell,) = book.current("ada").run.problems
@@ -230,6 +187,8 @@ def test_what_ended_a_run_is_said_once_where_the_cell_is_known_and_else_of_the_r
         assert cell.parameters["why"] == Problem.of(Code.TOOK_TOO_LONG, seconds=60, line=1)
         assert book.current("bob").run.problems == (problem,)
         assert submission_of(book.current("ada").run).ended == (problem,)
+        (own,) = book.current("cleo").run.problems
+        assert own.parameters["why"] == Problem.of(Code.RAISED, type="KeyboardInterrupt", line=1)
 
 
 @pytest.mark.parametrize(

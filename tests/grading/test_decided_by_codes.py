@@ -10,17 +10,11 @@ import os
 import subprocess
 import sys
 
-import honest_marks
-import honest_shared
-import hostile_outside
 import pytest
-import term_class
 import troubled_class
 from checkout import ROOT
 from command_line import rotflex
-from made_courses import OURS
 from sentences_as_codes import AS_CODES
-from term_table import ASSIGNMENTS, TERM
 
 import labcourse.sentences
 from labcourse.grading import course as courses
@@ -42,8 +36,6 @@ def say_by(monkeypatch):
 
     def choose(program):
         monkeypatch.setattr(labcourse.sentences, "_SENTENCES", AS_CODES if program == WITH_CODES else sentences)
-        for helper in (honest_marks, hostile_outside):
-            monkeypatch.setattr(helper, "PROGRAM", program)
 
     return choose
 
@@ -75,9 +67,6 @@ def decided(book_file, folder, course):
         "grades": table(folder / GRADES_FILE, "notes"),
         "intake": table(folder / INTAKE_FILE, "why"),
     }
-
-
-# --- at each landing --------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -135,64 +124,3 @@ def test_a_class_with_trouble_of_many_kinds(troubled, say_by):
     assert found[WITH_SENTENCES]["exit codes"] == (1, 0)
     for program in PROGRAMS:
         assert told(troubled[0] / program.replace(".", "-") / GRADEBOOK_FILE) >= KINDS
-
-
-# --- by `make test-all` -----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.scheduled
-@pytest.mark.slow
-@pytest.mark.timeout(3600)
-@pytest.mark.usefixtures("sandbox")
-def test_the_honest_class(tmp_path, say_by):
-    found = []
-    for program in PROGRAMS:
-        say_by(program)
-        shared = honest_shared.Shared(honest_shared.RUN, tmp_path / program, "--probe-seed", "7")
-        place = shared.graded.place
-        found.append(decided(place / "book.sqlite", place / "out", OURS))
-    assert found[0] == found[1]
-
-
-@pytest.mark.scheduled
-@pytest.mark.slow
-@pytest.mark.timeout(3600)
-@pytest.mark.usefixtures("sandbox")
-def test_the_hostile_class(say_by):
-    found = []
-    for program in PROGRAMS:
-        say_by(program)
-        with hostile_outside.graded(hostile_outside.CLASS) as graded:
-            about = decided(graded.out / GRADEBOOK_FILE, graded.out, courses.load(graded.source))
-            found.append({**about, "exit code": graded.done.returncode})
-    assert found[0] == found[1]
-
-
-def lived(folder, patch):
-    """What is decided on each day of the term, how its commands end, and what is exported."""
-    exit_codes = []
-
-    def typed(*words):
-        done = rotflex(*words)
-        exit_codes.append((words[0], done.exit_code))
-        return done
-
-    patch.setattr(term_class, "rotflex", typed)
-    there, days = term_class.TermClass(folder, patch), []
-    for day in TERM:
-        there.live(day)
-        exported = {(one, title): there.exported(one, title) for one in ("Canvas", "Moodle") for title in ASSIGNMENTS}
-        course = courses.load(there.solutions)
-        days.append({**decided(there.marks / GRADEBOOK_FILE, there.marks, course), "exported": exported})
-    return days, exit_codes
-
-
-@pytest.mark.scheduled
-def test_a_term(tmp_path, say_by):
-    found = []
-    for program in PROGRAMS:
-        say_by(program)
-        with pytest.MonkeyPatch.context() as patch:
-            (folder := tmp_path / program).mkdir()
-            found.append(lived(folder, patch))
-    assert found[0] == found[1]

@@ -207,19 +207,6 @@ def test_what_is_not_shown_cannot_be_worked_out_and_no_more_is_withheld_than_nee
         assert len(hidden) == 2 or rest - extra[-1] < fewest
 
 
-@pytest.mark.parametrize(
-    ("sizes", "shown"),
-    [
-        ({"A": 9, "B": 4, "C": 6}, {"everybody", "A"}),  # C would tell of B
-        ({"A": 5, "B": 5}, {"everybody", "A", "B"}),
-        ({"A": 4}, set()),
-    ],
-)
-def test_of_a_small_group_nothing_is_shown(sizes, shown):
-    found = attainments(a_class(sizes, 1, waiting=0.0), {"A-2": {"A-2"}}, fewest=5)["A-2"]
-    assert {name for name, figures in found.items() if not isinstance(figures, str)} == shown
-
-
 # --- the report -------------------------------------------------------------------------------------------------------
 
 

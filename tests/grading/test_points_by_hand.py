@@ -3,7 +3,6 @@
 Beside each student stands the arithmetic, done on paper; the command gets the marks, the times and the settings.
 """
 
-import json
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
@@ -147,43 +146,11 @@ def test_how_it_counts_says_what_was_dropped_weighted_and_late(term):
     assert "There is an extension until 2026-11-27 18:00 UTC+01:00, so it is in time." in ext
 
 
-def test_the_student_reads_what_it_cost_and_the_data_have_it(term):
-    _rows, out = term
-    said = json.loads((out / "two" / "marks.json").read_text(encoding="utf-8"))["account"]
-    page = (out / "two" / "feedback.html").read_text(encoding="utf-8")
-    assert said["earned"] == 6.5125 and said["out_of"] == 10.5
-    late = "2 days late (a day that has begun counts). 7.5 % a day: it loses 15 % of its points."
-    assert any(one.endswith(late) for one in said["how"]) and late in page
-    assert "So far 6.51 of 10.5 points." in page
-
-
 def test_whom_nobody_knows_is_told(book, tmp_path):
     settings = TERM.replace('["EXT"]', '["EXT", "exxt"]').replace('section = "C"', 'section = "D"')
     settings = settings.replace('section = "B"', 'section = "nobody-here"')
     _found, said = reported(tmp_path, book, settings)
     assert "'exxt', 'D'" in said and "'nobody-here'" in said
-
-
-#: Settings → the points of "some" by hand, and what they are out of.
-OTHER = {
-    # 1.5 + 1.5 + 0.5 + 1 + 0.75 + 0.25 + 0.5 = 6 of 10.25
-    "": ("6.00", "10.25"),
-    # 6 − 1.5 + 0.17 × 1.5 = 4.755, half up (in binary it is below); out of 10.25 − 2 + 0.34 = 8.59
-    '[marks]\nweights = {"2.1" = 0.17}': ("4.76", "8.59"),
-    # The second notebook is left out: 1.5 + 1 + 0.75 + 0.25 + 0.5 = 4 of 10.25 − 3 = 7.25
-    '[marks]\ndrop = ["2.11"]': ("4.00", "7.25"),
-    # The part is dropped where its question is weighted: 6 + 1.5 − 0.5 = 7 of 10.25 + 2 − 1 = 11.25
-    '[marks]\ndrop = ["2.11 explanation"]\nweights = {"2.11" = 2}': ("7.00", "11.25"),
-    # Late, which costs nothing.
-    "[[deadline]]\ndue = 2026-11-01": ("6.00", "10.25"),
-    # 19 days and more late, by 1 % each, of which 5 % at most: 5.7
-    "[[deadline]]\ndue = 2026-11-01\n[late]\nper_day = 1\ncap = 5": ("5.70", "10.25"),
-    # Of the second notebook alone, a tenth of 2: 5.8
-    '[[deadline]]\ndue = 2026-11-01\nnotebooks = ["02_finding_stiffness.ipynb"]\n[late]\nper_day = 10\ncap = 10': (
-        "5.80",
-        "10.25",
-    ),
-}
 
 
 def so_far(folder, settings, earned, late):
@@ -193,12 +160,6 @@ def so_far(folder, settings, earned, late):
     received = {name: Arrival(DUE + after) for name, after in late}
     found = account_of(course, Handed(StudentRecord("ada"), earned, received))
     return found.so_far_text, in_full(found.out_of)
-
-
-@pytest.mark.parametrize("settings", OTHER)
-def test_other_settings_by_hand(tmp_path, settings):
-    late = [(f"{name}.ipynb", -DAY) for name in (PRELAB, STIFFNESS, VALIDATION)]
-    assert so_far(tmp_path, settings, marks(SOME), late) == OTHER[settings]
 
 
 def test_a_date_is_until_its_end_on_the_clock_of_whoever_grades(tmp_path):

@@ -102,15 +102,6 @@ def test_a_report_that_could_not_be_read_is_no_problem_once_it_was_handed_in_aga
     assert intake.unread_problems(taken(tmp_path)) == []
 
 
-def test_a_zip_that_unpacks_to_far_more_is_not_read_to_its_end(tmp_path):
-    with zipfile.ZipFile(tmp_path / "ada.zip", "w", zipfile.ZIP_DEFLATED) as bomb:
-        bomb.writestr("work/a.ipynb", b'{"cells": []}')
-        bomb.writestr(f"work/{NAME}", b"%PDF-1.7" + bytes(40_000_000))
-    found = taken(tmp_path)
-    assert [item.name for item in found.items] == ["a.ipynb"]
-    assert codes(intake.unread_problems(found)) == [(Code.REPORT_UNREAD, NAME)]
-
-
 @pytest.mark.parametrize(("data", "is_said"), [(blank(), False), (blank(password="x"), True), (blank(owner="x"), True)])
 def test_a_document_that_may_ask_for_a_password_is_taken_and_whoever_scores_is_warned(made, data, is_said):
     made.report("ada", data)

@@ -1,12 +1,13 @@
 """The four scoring sheets: their layout, what stands in a cell, that text in them is text, and how they are printed."""
 
+import html
 import random
+import re
 from dataclasses import replace
 
 import marked_class
 import pypdfium2
 import pytest
-import sheet_pages
 from accessible import findings
 from gradebooks import enrol
 from made_courses import OURS
@@ -77,6 +78,23 @@ def test_a_cell_says_level_points_whose_they_are_and_what_waits(marks, level, po
     assert (found.level_text, found.points_texts) == (level, points)
 
 
+def on_page(page):
+    """Student, title of the sheet, number of the row ("Total" for the last), and code → level, and points."""
+    found = {}
+    for section in page.split("<section")[1:]:
+        (title,) = re.findall(r"<h1>(.*?)</h1>", section)
+        (student,) = re.findall(r"ID: <strong>(.*?)</strong>", section)
+        _first, *codes = re.findall(r'<th scope="col">(.*?)</th>', section)
+        for heading, row in re.findall(r'<tr><th scope="row">(.*?)</th>(.*?)</tr>', section, re.DOTALL):
+            for code, cell in zip(codes, re.findall(r"<td>(.*?)</td>", row), strict=True):
+                if cell:
+                    level, *points = re.findall(r"<(?:strong|span)>(.*?)</", cell)
+                    place = (html.unescape(student), html.unescape(title), heading.split()[0], code)
+                    assert place not in found
+                    found[place] = level, points
+    return found
+
+
 def test_a_sheet_of_a_made_up_student_is_what_it_is_by_hand():
     found = sheet(
         PRELAB,
@@ -87,7 +105,7 @@ def test_a_sheet_of_a_made_up_student_is_what_it_is_by_hand():
         Mark("2.5", "strategy", "for a person", 0, 1, ""),
         Mark("2.11", "omega_n", "right", 2, 2, ""),  # on another sheet
     )
-    shown = sheet_pages.cells(sheets.as_page([found], OURS))
+    shown = on_page(sheets.as_page([found], OURS))
     assert {(row, code): [level, *points] for (_who, _title, row, code), (level, points) in shown.items()} == {
         ("2.1", "A-2"): ["4", "2/2 m"],
         ("2.3", "A-2"): ["0", "0/1 m"],
@@ -114,8 +132,8 @@ def test_each_student_has_a_file_with_four_sheets_and_the_class_one_with_all(boo
     assert (count, notes) == (2, missing)
     pages = {path.parent.name: path.read_text(encoding="utf-8") for path in (tmp_path / "out").rglob("*.html")}
     assert pages.keys() == {"out", "a-00", "a-01"}
-    whole = sheet_pages.cells(pages.pop("out"))
-    assert whole == {place: cell for page in pages.values() for place, cell in sheet_pages.cells(page).items()}
+    whole = on_page(pages.pop("out"))
+    assert whole == {place: cell for page in pages.values() for place, cell in on_page(page).items()}
     assert {title for _who, title, _row, _code in whole} == {*LAYOUTS}
     for graded in book.all_current():
         place = (graded.run.student, "Total")
@@ -132,7 +150,7 @@ def test_some_students_sheets_alone_and_without_what_is_dropped(book, tmp_path):
     count, notes = sheets.write(tmp_path / "out", dropped, book, ["A-01"])
     assert count == 1 and {path.name for path in (tmp_path / "out").iterdir()} == {"a-01", "sheets.html"}
     assert "Dropped by course.toml, and on no sheet: 2.11." in notes
-    found = sheet_pages.cells((tmp_path / "out" / "sheets.html").read_text(encoding="utf-8"))
+    found = on_page((tmp_path / "out" / "sheets.html").read_text(encoding="utf-8"))
     _level, points = found["a-01", MODELING, "III.1", "B-7"]
     worth = sum(float(text.split()[0].partition("/")[2]) for text in points)
     assert worth == 4  # 2.12 with 3 points, and the report's text with 1

@@ -40,7 +40,6 @@ class Way:
     name: str
     build: Build
     student: str
-    roster: tuple[str, ...] = ()
     lost: frozenset[str] = frozenset()
     told: tuple[str, ...] = ()
     change: Callable[[Work], None] | None = None

@@ -15,7 +15,6 @@ from checkout import ROOT
 from honest_hand_in import Notebook, Way
 
 WAITING = "for a person"
-PROGRAM = "rotflex.cli"  #: the module that is run as the command
 _HEADINGS = ("Student ID", "name", "email", "Identifier", "alias")
 
 
@@ -73,7 +72,7 @@ def build(ways: Iterable[Way], solved: Mapping[str, Notebook], folder: Path) -> 
         table.writerow(_HEADINGS)
         for way in ways:
             way.build(folder, solved)
-            table.writerows([one] for one in way.roster or (way.student,))
+            table.writerow([way.student])
     return roster
 
 
@@ -92,7 +91,7 @@ def grade(ways: Iterable[Way], solved: Mapping[str, Notebook], place: Path, *opt
 
 
 def _rotflex(*words: str) -> str:
-    command = [sys.executable, "-m", PROGRAM, *words]
+    command = [sys.executable, "-m", "rotflex.cli", *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False)
     assert done.returncode in (0, 1), done.stderr
     return done.stdout

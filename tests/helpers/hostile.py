@@ -1,9 +1,8 @@
 """A class of students who mean harm, and two who do not: what all of it has in common.
 
 The attacks are data: those made of code in ``hostile_code.py`` and ``hostile_reach.py``, those by cells of their own in
-``hostile_cells.py``, those that forge what comes back in ``hostile_answers.py``, those by the form of what is handed in
-in ``hostile_files.py``, by what lies beside notebooks in ``hostile_own_files.py``, by words and pictures in
-``hostile_words.py``. The course is small, its questions and its key are real. Code is run only where it finds itself in
+``hostile_cells.py``, those that forge what comes back in ``hostile_answers.py``, those by what is handed in in
+``hostile_files.py``. The course is small, its questions and its key are real. Code is run only where it finds itself in
 a sandbox, and is bounded in time and memory even there (:data:`PRELUDE`).
 
 What each deserves was worked out by hand from the points in the catalogue: 2.1: expression 2; 2.10: function 2,
@@ -229,19 +228,6 @@ def save(folder: Path, files: Mapping[str, str]) -> None:
 def namespaces() -> dict[str, str]:
     """Which namespaces we are in."""
     return {name: os.readlink(f"/proc/self/ns/{name}") for name in NAMESPACES}
-
-
-def processes(token: str) -> list[int]:
-    """Processes that bear a token in their command line or environment."""
-    found = []
-    for pid in filter(str.isdigit, os.listdir("/proc")):
-        for name in ("cmdline", "environ"):
-            try:
-                if token.encode() in Path("/proc", pid, name).read_bytes():
-                    found.append(int(pid))
-            except OSError:
-                continue
-    return found
 
 
 def state(folders: Iterable[Path]) -> dict[str, tuple[int, int, int, int, bytes]]:

@@ -2,11 +2,8 @@
 on what the notebook is run by, on the reports of what became of each cell, and by errors that are more than errors.
 """
 
-from typing import Any
-
-from hostile import PRELAB, STIFFNESS, Attack
+from hostile import STIFFNESS, Attack
 from hostile_answers import ESCAPES, MARKUP
-from hostile_code import TOO_LONG
 
 # All that a notebook begins with is somebody else's, and says that every answer is right.
 BEFORE_ALL = """
@@ -124,7 +121,7 @@ ERRORS = {
     "error-of-megabytes": (_error("    def __str__(self): return 'x' * (50 << 20)", "'E' * (10 << 20)"), ()),
     "error-that-never-ends": (
         _error("    def __str__(self):\n        while time.monotonic() < END: pass"),
-        (TOO_LONG,),
+        ("longer than",),
     ),
     "error-in-an-error": (_error("    def __str__(self): raise self"), ()),
     "error-that-leaves": (_error("    def __str__(self): raise SystemExit(0)"), ()),
@@ -146,65 +143,6 @@ ERRORS = {
 }
 
 
-Notebooks = dict[str, dict[str, Any]]
-
-
-def _own(source: str, cell_id: object, **more: Any) -> dict[str, Any]:
-    cell = {"cell_type": "code", "id": cell_id, "source": source, "metadata": {}, "outputs": []}
-    return {**cell, "execution_count": None, **more}
-
-
-def _ten_thousand(notebooks: Notebooks) -> None:
-    notebooks[STIFFNESS]["cells"] += [_own("pass", f"c{number}") for number in range(10_000)]
-
-
-def _odd_names(notebooks: Notebooks) -> None:
-    """Names that lead elsewhere, that are the course's or a supplied value's; and many that are one and the same."""
-    names = [
-        "../../etc/x",
-        "<script>alert(1)</script>",
-        "\x1b[2J\u202e",
-        "q2-12-answer",
-        "q2-12",
-        "parameters",
-        "setup",
-    ]
-    names += ["supplied-q2-12-answer", "injected-parameters", "q2-1", "", 7, None, ["a"], "a" * 10_000]
-    grading = {"grade": True, "points": 99, "grade_id": "q2-12", "locked": False, "solution": True}
-    tags = ["parameters", "injected-parameters", "illustration", "skip-execution"]
-    metadata = {"nbgrader": grading, "labcourse": {"role": "locked"}, "tags": tags, "editable": True}
-    for name in names:
-        notebooks[STIFFNESS]["cells"] += [_own("pass", name), _own("pass", name, metadata=metadata)] * 20
-
-
-_TRAP = "def f():\n " + ";".join(f"a{i}=0" for i in range(11_000)) + "\n [" + "lambda:0," * 11_000 + "]"
-_CHAIN = 700
-
-
-def _traps(notebooks: Notebooks) -> None:
-    """At the end, so that all else is run before: each takes Python seconds to read, or cannot be read at all."""
-    deep = [
-        "-" * 190_000 + "1",
-        "lambda:" * 27_000 + "0",
-        "a" + ".a" * 95_000,
-        "if a:\n 0\n" + "elif a:\n 0\n" * 15_000,
-    ]
-    notebooks[STIFFNESS]["cells"] += [_own(source, f"t{place}") for place, source in enumerate([*deep, *[_TRAP] * 15])]
-
-
-def _trapped_answers(notebooks: Notebooks) -> None:
-    for place in range(15):
-        notebooks[PRELAB]["cells"].append(_own(_TRAP.replace("def f", f"def f{place}"), f"t{place}"))
-
-
-def _chain(notebooks: Notebooks) -> None:
-    """Each stops, and builds on the one before."""
-    chain = [_own(f"x{number} = x{number - 1}", f"x{number}") for number in range(1, _CHAIN)]
-    cells = notebooks[STIFFNESS]["cells"]
-    before = next(place for place, cell in enumerate(cells) if cell["id"] == "q2-12")
-    cells[before:before] = [*chain, _own(f"raise NameError(f'{{x{_CHAIN - 1}}}')", "x-last")]
-
-
 CELLS = {
     "before-the-first-cell": Attack(adds={"first": BEFORE_ALL}, exactly=False, runs=False),
     "another-lab": Attack(adds={"setup": OTHER_LAB}, exactly=False, runs=False),
@@ -217,13 +155,5 @@ CELLS = {
     "forged-reports": Attack({"q2-12": FORGED_REPORTS}),
     "lacks-all": Attack({"q2-12": LACKS_ALL}),
     "reports-are-the-key": Attack({"q2-12": _in_its_place("os.symlink(OUTSIDE['secrets'][0], 'cell_reports.jsonl')")}),
-    "reports-are-a-pipe": Attack({"q2-12": _in_its_place("os.mkfifo('cell_reports.jsonl')")}, exactly=False),
-    "reports-are-a-folder": Attack({"q2-12": _in_its_place("os.makedirs('cell_reports.jsonl/answers.json')")}),
-    "reports-are-sparse": Attack({"q2-12": _in_its_place("os.truncate(os.open('cell_reports.jsonl', 65), 60 << 20)")}),
     **{name: Attack({"q2-12": code}, trouble=trouble) for name, (code, trouble) in ERRORS.items()},
-    "ten-thousand-cells": Attack(spoil=_ten_thousand, runs=False, trouble=("more than 1000 cells",)),
-    "odd-cell-names": Attack(spoil=_odd_names),
-    "traps-for-readers": Attack(spoil=_traps),
-    "traps-beside-answers": Attack(spoil=_trapped_answers, exactly=False, runs=False),
-    "chain-of-stops": Attack(spoil=_chain),
 }

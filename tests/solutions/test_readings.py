@@ -164,19 +164,6 @@ def test_the_ends_of_all_places_together_are_sharp(bench):
         assert omega(outside, case(bench)).status is WRONG
 
 
-@pytest.mark.parametrize(("share", "status"), [(0.98, RIGHT), (-0.98, RIGHT), (1.02, WRONG), (-1.02, WRONG)])
-def test_the_eye_has_its_three_per_cent_and_no_more(share, status):
-    """Where no other reading is near."""
-    met = 0
-    for bench in BENCHES.values():
-        value = WAYS["a power of two"](bench) * (1 + share * tolerances.BY_EYE)
-        others = [place for place in readings.spans(bench, 1) if place.high / place.low < 1.05]
-        if readings.place(value, others) is None:
-            met += 1
-            assert omega(value, case(bench)).status is status
-    assert met
-
-
 @pytest.mark.parametrize("student", [name for name in STUDENTS if BENCHES[name].omega_n < 26])
 def test_the_peak_of_a_sweep_that_drives_the_motor_is_wrong(student):
     """Beyond, the sweep ends before that peak, and where it ends is nearly right."""

@@ -182,17 +182,6 @@ def test_a_gain_follows_from_the_own_companion_form_within_two_per_cent(side):
         assert check.verdict(asked, given, own).status is status
 
 
-@pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize("part", ["omega_n", "K_s"])
-def test_a_table_repeats_an_own_answer_within_two_per_cent(part, side):
-    place = {"omega_n": "q2_11__omega_n", "K_s": "q2_12__K_s"}[part]
-    wrong = {"omega_n": 40.0, "K_s": 6.0}[part]
-    check, asked = KEY["Table 2"][part], CATALOGUE.find("Table 2").part(part)
-    for share, status in ((INSIDE, Status.FOLLOW_THROUGH), (OUTSIDE, Status.WRONG)):
-        given = wrong * (1 + side * share * 0.02)
-        assert check.verdict(asked, given, case(**{place: wrong})).status is status
-
-
 def test_the_specifications_are_the_workbooks():
     assert {"t_s": 0.5, "PO": 5.0, "alpha_max_deg": pytest.approx(12.5), "V_max": 10.0} == LIMITS
     assert SPECIFIED["max_alpha"] == pytest.approx(12.5 * DEG)

@@ -1,5 +1,5 @@
 """A class of students who mean harm, graded as an instructor grades it: nothing undeserved is earned, no secret is
-read, nothing outside is touched, nothing survives, and honest neighbours do not notice.
+read, nothing outside is touched, and honest neighbours do not notice.
 
 At a landing the class has attacks of each kind, in `make test-all` it has all.
 """
@@ -129,15 +129,6 @@ def test_nothing_outside_has_changed(graded):
     before, after = graded.before, graded.after
     assert {path for path in before.keys() | after.keys() if before.get(path) != after.get(path)} == set()
     assert graded.strays == []
-
-
-def test_listeners_that_do_listen_have_heard_nothing(graded):
-    assert graded.tried_out == ["abstract", "tcp", "udp", "unix"]
-    assert graded.heard == []
-
-
-def test_nothing_survives(graded):
-    assert graded.survivors == []
 
 
 def test_only_students_have_a_place_among_the_results(graded):

@@ -4,9 +4,8 @@ import json
 import tempfile
 from pathlib import Path
 
-from any_json import damaged
+from any_json import ANSWERS, COURSE, one_damaged
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from packings import WANTED, lay, notebook, work
 
 from labcourse.grading import intake
@@ -18,17 +17,6 @@ from rotflex.course.questions import CATALOGUE
 
 BROKEN = WANTED[1]
 NEW = json.loads(notebook(BROKEN))
-ANSWERS = {
-    "format": 2,
-    "student": "ada",
-    "bench": {"draw": 1},
-    "software": "rotflex",
-    "probe_seed": 1,
-    "answers": {"2.11": {"omega_n": {"kind": "number", "value": 20.0}}},
-    "cells": {"2.11": {"omega_n": "q2-11"}},
-    "when": {"2.11": {"omega_n": 1}},
-}
-COURSE = {"student": "ada", "with": ["bob"], "release": "r1", "draw": 2, "bench": {"which": "own"}}
 GOOD = {**work("ada"), "answers.json": json.dumps(ANSWERS).encode(), "course.json": json.dumps(COURSE).encode()}
 
 
@@ -43,11 +31,7 @@ def taken_in(root, files):
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
-@given(
-    st.tuples(st.just(BROKEN), damaged(NEW))
-    | st.tuples(st.just("answers.json"), damaged(ANSWERS))
-    | st.tuples(st.just("course.json"), damaged(COURSE))
-)
+@given(one_damaged(BROKEN, NEW))
 def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
     name, content = broken
     with tempfile.TemporaryDirectory() as folder:

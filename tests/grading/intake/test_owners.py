@@ -271,15 +271,6 @@ def test_a_course_file_that_names_another_student_is_run_on_their_bench_only_if_
     assert len(found["ada"].problems) == (not counts)
 
 
-def test_nobodys_work_is_run_on_the_bench_of_one_who_did_not_say_so(tmp_path):
-    """A copy of ada's folder, in which bob wrote himself."""
-    lay(tmp_path / "ada", work("ada"))
-    lay(tmp_path / "bob", work("ada", **{"with": ["bob"]}))
-    found, _ignored = found_in(tmp_path, ROSTER)
-    assert (found["bob"].bench_of, found["ada"].bench_of) == ("bob", "ada")
-    assert len(found["ada"].pieces) == 1 and len(found["bob"].problems) == 1
-
-
 def test_a_students_zip_with_folders_of_others_is_nothing_of_theirs(tmp_path):
     for roster in (ROSTER, ()):
         folder = tmp_path / str(len(roster))

@@ -230,7 +230,10 @@ def test_what_cannot_be_compressed_is_read_from_a_zip_whatever_its_size(tmp_path
     assert result.hand_in.files == {"noise.bin": noise}
 
 
-@pytest.mark.parametrize("content", ["{", "[]", "null", '{"cells": 3}', "", "[" * 100_000, '{"worksheets": 3}'])
+NO_NOTEBOOKS = ["{", "[]", "null", '{"cells": 3}', "", "[" * 100_000, '{"worksheets": 3}', f'{{"n": {"9" * 5000}}}']
+
+
+@pytest.mark.parametrize("content", NO_NOTEBOOKS)
 def test_what_is_no_notebook_is_a_problem_and_the_others_are_taken(taken, content):
     result = taken({A: content.encode(), B: notebook(B)})
     assert result.notebooks == [B]

@@ -4,11 +4,9 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 from packings import WANTED, lay, notebook, work, zipped
-from said_problems import codes
 
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
-from labcourse.problems import Code
 
 ROSTER = [StudentRecord("ada", "Ada Lovelace"), StudentRecord("bob", "Bob Noether")]
 EARLY = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
@@ -55,17 +53,6 @@ def test_two_zips_within_a_hand_in_are_both_read(tmp_path):
     lay(tmp_path / "ada", parts)
     submission, counts = taken(tmp_path, ROSTER)
     assert len(submission.pieces) == len(WANTED) and counts == {name: name for name in WANTED}
-
-
-def test_two_that_cannot_be_read_are_both_reported_and_the_third_counts(tmp_path):
-    put(tmp_path, "ada", "x = 1", LATE)
-    for name in ("ada (1).zip", "ADA (2).zip"):
-        lay(tmp_path, {name: b"no zip"}, EARLY)
-    (submission,) = intake.find(tmp_path, ROSTER).submissions
-    delivered = intake.read(submission, WANTED)
-    unread = [(Code.SUBMISSION_UNREAD, name) for name in ("ada (1).zip", "ADA (2).zip")]
-    assert intake.unread_problems(delivered) == [] and codes(delivered.notes) == unread
-    assert {item.name for item in delivered.items if item.source == "ada"} == {*WANTED, "course.json"}
 
 
 @pytest.mark.parametrize(

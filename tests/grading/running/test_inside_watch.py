@@ -78,35 +78,27 @@ def test_a_step_that_takes_too_long_is_interrupted_and_the_next_is_done(note):
     assert note() == ["next"]
 
 
-@pytest.mark.parametrize(
-    "deed",
-    [
-        swallow,
-        lambda: sum(itertools.repeat(0)),  # no Python code is run in which the interrupt could be raised
-        lambda: os.kill(os.getpid(), signal.SIGSTOP),
-        lambda: (signal.signal(signal.SIGINT, signal.SIG_IGN), nap()),
-    ],
-    ids=["swallows", "c-code", "stopped", "ignores"],
-)
-def test_a_step_that_no_interrupt_ends_is_killed(note, deed):
-    assert watch.run(steps(deed, lambda: note("next")), 2, TIMEOUT) == TIMED_OUT
-    assert note() == []
+ENDS = {  # of a step that does not come to its end: what it does, its time, and what is said
+    "swallows": (swallow, TIMEOUT, TIMED_OUT),
+    "c-code": (
+        lambda: sum(itertools.repeat(0)),
+        TIMEOUT,
+        TIMED_OUT,
+    ),  # no Python in which the interrupt could be raised
+    "stopped": (lambda: os.kill(os.getpid(), signal.SIGSTOP), TIMEOUT, TIMED_OUT),
+    "ignores": (lambda: (signal.signal(signal.SIGINT, signal.SIG_IGN), nap()), TIMEOUT, TIMED_OUT),
+    "exit-0": (lambda: os._exit(0), 60, DIED),
+    "exit-1": (lambda: os._exit(1), 60, DIED),
+    "kill": (lambda: os.kill(os.getpid(), signal.SIGKILL), 60, DIED),
+    "term": (lambda: signal.raise_signal(signal.SIGTERM), 60, DIED),
+    "segfault": (lambda: (faulthandler.disable(), ctypes.string_at(0)), 60, DIED),
+    "sys-exit": (lambda: sys.exit(0), 60, DIED),
+}
 
 
-@pytest.mark.parametrize(
-    "death",
-    [
-        lambda: os._exit(0),
-        lambda: os._exit(1),
-        lambda: os.kill(os.getpid(), signal.SIGKILL),
-        lambda: signal.raise_signal(signal.SIGTERM),
-        lambda: (faulthandler.disable(), ctypes.string_at(0)),
-        lambda: sys.exit(0),
-    ],
-    ids=["exit-0", "exit-1", "kill", "term", "segfault", "sys-exit"],
-)
-def test_work_that_does_not_come_to_its_end_has_died(note, death):
-    assert watch.run(steps(death, lambda: note("next")), 2, 60) == DIED
+@pytest.mark.parametrize(("deed", "seconds", "said"), ENDS.values(), ids=ENDS)
+def test_a_step_that_no_interrupt_ends_is_killed_and_work_that_ends_itself_has_died(note, deed, seconds, said):
+    assert watch.run(steps(deed, lambda: note("next")), 2, seconds) == said
     assert note() == []
 
 

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from labcourse.answers.notebooks import CODE, TEXT, Cell
 from labcourse.run.alignment import OPEN, Happened, Role, align, count_changed
-from labcourse.run.merge import merged
 
 
 def course_cell(name, source, kind=CODE, solution=False, tags=()):
@@ -86,14 +85,6 @@ def test_pieces_of_a_split_cell_are_taken_in_order_whichever_kept_the_id(kept):
     assert run_order(cells) == [*WHOLE[:2], *sources, *WHOLE[3:]]
     placed = align(MASTER, cells).placed
     assert [one.role for one in placed if one.master == at("q1")] == [Role.ANSWER] * 3
-
-
-def test_each_cell_that_is_run_has_an_id_of_its_own():
-    cells = handed_in()
-    cells[at("q1") : at("q1")] = [replace(own(), id="q1-answer"), own(), own("own = 2")]
-    run = merged({"a": {"cells": MASTER}}, {"a": cells}).notebooks["a"]["cells"]
-    ids = [cell["id"] for cell in run]
-    assert len(ids) == len(set(ids)) == len(WHOLE) + 3 and "mine" in ids
 
 
 def change(cells, name, **changes):

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from any_json import damaged
+from any_json import ANSWERS, COURSE, one_damaged
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from labcourse import course_file
@@ -47,27 +46,6 @@ NEW["cells"][0]["attachments"] = {"a.png": {"image/png": "AAAA"}}
 NEW["cells"][3] |= {"source": ["omega_n = 20.0\n", "omega_n"], "execution_count": 3}
 NEW["cells"][3]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": ["20.0"]}]
 NEW["metadata"]["widgets"] = {"state": {}}
-ANSWERS = {
-    "format": 2,
-    "student": "ada",
-    "bench": {"draw": 1},
-    "software": "rotflex",
-    "probe_seed": 1,
-    "answers": {"2.11": {"omega_n": {"kind": "number", "value": 20.0}}},
-    "cells": {"2.11": {"omega_n": "q1-answer"}},
-    "when": {"2.11": {"omega_n": 1}},
-    "predictions": {"2.9": {"said": {"time_of_largest_swing": {"kind": "number", "value": 1.0}}, "why": "so"}},
-}
-COURSE = {
-    "student": "ada",
-    "with": ["bob"],
-    "release": "r1",
-    "draw": 2,
-    "title": "Laboratory",
-    "page_limit": 20,
-    "reflect": "2026-12-01",
-    "bench": {"which": "own", "seed": 1, "benches": ["a"]},
-}
 
 
 def laid(folder, files):
@@ -86,11 +64,7 @@ def _nothing_is_run():
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
-@given(
-    st.tuples(st.just(BROKEN), damaged(NEW))
-    | st.tuples(st.just("answers.json"), damaged(ANSWERS))
-    | st.tuples(st.just("course.json"), damaged(COURSE))
-)
+@given(one_damaged(BROKEN, NEW))
 def test_the_other_files_are_read_and_this_one_is_or_is_named(broken):
     name, content = broken
     good = {FIRST: saved(NEW), BROKEN: saved(NEW)}

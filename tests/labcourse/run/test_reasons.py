@@ -108,6 +108,11 @@ def test_each_reason_names_the_question_the_error_and_its_line():
         (bench, Problem.of(Code.BENCH_STOPPED, text=text, line=2)),
         (CellError("SyntaxError", "invalid syntax", 4), raised("SyntaxError", "invalid syntax", 4)),
         (CellError("Odd", "", None), Problem.of(Code.RAISED, type="Odd")),
+        (CellError("ValueError", "No module named 'x'", 2), raised("ValueError", "No module named 'x'", 2)),
+        (
+            CellError("FileNotFoundError", "k", 2),
+            Problem.of(Code.FILE_NOT_FOUND, type="FileNotFoundError", text="k", line=2),
+        ),
     ):
         found = of_one(error)
         assert [*found.missing.values()] == [*found.stops] == [stop("q1", "1", why)]
@@ -223,12 +228,6 @@ def test_a_stop_in_an_own_cell_costs_no_answer_that_nobody_began():
 def test_nothing_is_blamed_for_an_answer_in_a_notebook_that_was_not_handed_in():
     found = told({"q2": "b = omgea"}, {"q2": NAME, "get-2": (("2", "x"),)}, "1", handed_in=(ONE,))
     assert [*found.missing] == [("2", "x")]
-
-
-@pytest.mark.parametrize(("error", "named"), [("died", {""}), (CellError("KeyboardInterrupt", "", 1), None)])
-def test_it_is_known_which_errors_that_end_a_run_are_named(error, named):
-    found = told({"q1": "a = 1"}, {"q1": error}, "234")
-    assert found.ended_by == (named or {"KeyboardInterrupt"})
 
 
 def test_a_cell_of_the_course_builds_on_an_answer_only_if_the_name_is_not_defined():
