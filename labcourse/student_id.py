@@ -16,11 +16,17 @@ LONGEST = 80  #: characters of an ID
 LONGEST_IN_BYTES = 240  #: of UTF-8; file systems take 255, and ".zip" is put behind it
 GRADES_FILE = "grades.csv"  #: in the folder of results, beside the students' folders
 GRADEBOOK_FILE = "gradebook.sqlite"  #: beside it
-HINTS_FILE = "hints.md"  #: beside it
+HINTS_FILE, HINTS_DATA_FILE = "hints.md", "hints.json"  #: beside it: for instructors, and as data
 INTAKE_FILE = "intake.csv"  #: beside it
 _OF_SQLITE = ("", "-journal", "-wal", "-shm")  # endings of the names of a gradebook's files
 #: Names of grading's own files in the folder of results.
-RESERVED = (GRADES_FILE, HINTS_FILE, INTAKE_FILE, *(f"{GRADEBOOK_FILE}{ending}" for ending in _OF_SQLITE))
+RESERVED = (
+    GRADES_FILE,
+    HINTS_FILE,
+    HINTS_DATA_FILE,
+    INTAKE_FILE,
+    *(f"{GRADEBOOK_FILE}{ending}" for ending in _OF_SQLITE),
+)
 _NOWHERE = '/\\:*?"<>|'  # not allowed in a folder's name on some system
 _DEVICES = {
     *("con", "prn", "aux", "nul", "conin$", "conout$"),

@@ -171,8 +171,9 @@ NO_STUDENTS_TEXT = {
     "labcourse/grading/new/": "the name of a new course",
     "labcourse/grading/platforms.py": "files of a platform, which the instructor downloads",
     "labcourse/grading/release/": "the course's notebooks",
+    "labcourse/grading/scoring/guards.py": "names of hosts, in headers and in the address that the instructor gives",
     "labcourse/grading/scoring/server.py": "the style of the scoring page",
-    "labcourse/grading/scoring/site.py": "the address that the instructor gives",
+    "labcourse/grading/scoring/start.py": "the address that the instructor gives",
     "labcourse/grading/intake/owners.py": "aliases of the roster",
 }
 

@@ -288,13 +288,11 @@ def grade(
     isolation = ThreadPoolExecutor(1).submit(check) if unsafe_no_isolation or scheduler is None else None
     from labcourse.grading.assignments import find
     from labcourse.grading.batch import Batch, Settings
-    from labcourse.grading.gradebook import StudentRecord
     from labcourse.grading.intake.platforms import read_times
     from labcourse.grading.reports import intake_table
     from labcourse.grading.reports.changes import changes_since
     from labcourse.grading.reports.grades import Reports, make_folder
     from labcourse.grading.reports.live_report import JsonLines, Screen
-    from labcourse.grading.reports.result import Result
     from labcourse.grading.running import supplied
     from labcourse.grading.running.runner import RunLimits
 
@@ -337,8 +335,7 @@ def grade(
             with Reports(folder, course, book, batch.students) as reports, progress:
                 try:
                     for step in batch.grade():
-                        result = Result(step.graded, StudentRecord(step.graded.run.student))
-                        progress.add(step.has_run, result, changes_since(step.before, step.graded))
+                        progress.add(step.has_run, step.graded, changes_since(step.before, step.graded))
                 finally:
                     rows = intake_table.write(folder / INTAKE_FILE, batch.doubts, decided, batch.sources)
     except IsolationError as error:
@@ -566,9 +563,10 @@ def publish(
     from labcourse.grading import assignments
     from labcourse.grading.gradebook.records import NEW, Publication
     from labcourse.grading.outcomes import ATTAINMENT_FILE
-    from labcourse.grading.overview import moment, not_ready
+    from labcourse.grading.overview import not_ready
     from labcourse.grading.reports.changes import changed_in
     from labcourse.grading.reports.grades import Reports
+    from labcourse.grading.reports.result import moment
     from labcourse.grading.sheets import SHEETS_PAGE
 
     course, folder = courses.find(solutions), _results(marks, out)

@@ -29,7 +29,7 @@ from labcourse.grading.course import OUTCOMES_FILE, Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.result import account_in
-from labcourse.grading.scoring.progress import LEVELS
+from labcourse.grading.scoring.rubric import LEVELS
 from labcourse.grading.settings import SHARE_DIGITS, CourseSettings, MarkSettings, read_toml, refuse
 from labcourse.messages import plural
 from labcourse.safe_text import as_csv

@@ -9,9 +9,9 @@ from __future__ import annotations
 import io
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
-from dataclasses import replace
+from dataclasses import dataclass
 from datetime import datetime
-from itertools import chain
+from itertools import chain, groupby
 from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
@@ -20,20 +20,27 @@ from labcourse import clock, program
 from labcourse.grading.accounts import Account, AssignmentGrade, in_full, points, worth
 from labcourse.grading.assignments import State, short
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Act, Answer, Gradebook, Graded
-from labcourse.grading.graded_run import key_faults
+from labcourse.grading.gradebook import Answer, CommentRecord, Gradebook, Graded
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import hints, intake_table
-from labcourse.grading.reports.changes import changed_in, state_text
-from labcourse.grading.reports.result import account_in, lapse, received, without_numbers
+from labcourse.grading.reports.changes import ChangedMark, changed_in, state_text
+from labcourse.grading.reports.result import (
+    account_in,
+    lapse,
+    moment,
+    not_counted,
+    received,
+    with_marks,
+    without_numbers,
+)
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, Task, causes, todo
 from labcourse.messages import plural, shortened
-from labcourse.problems import NOT_COUNTED, Code, Problem, Where
+from labcourse.problems import Code, Problem, Where
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
-from labcourse.student_id import HINTS_FILE, INTAKE_FILE, caseless
+from labcourse.student_id import INTAKE_FILE, caseless
 
 OVERVIEW_FILE = "class.html"  #: in the folder of results
 FAR_BELOW, FEWEST = 1 / 2, 5  #: of the class's median share of points, of at least so many students
@@ -67,58 +74,6 @@ class Slip(NamedTuple):
     reasons: list[tuple[str, int]]
 
 
-def moment(when: datetime) -> str:
-    """Write a time as "2026-03-02 12:00 UTC"."""
-    return f"{when:%Y-%m-%d %H:%M} UTC"
-
-
-def class_overview(book: Gradebook, course: Course, folder: Path | None = None) -> dict[str, Any]:
-    """Collect what there is to know of a class now.
-
-    Parameters
-    ----------
-    book : the class's gradebook
-    course : with its catalogue and settings
-    folder : of results, with ``intake.csv`` and ``hints.md``; None without one
-    """
-    marks = course.settings.marks
-    students = _students(book, course)
-    runs = [student.graded for student in students if student.graded is not None]
-    answers = [answer for answer in book.scores.answers() if not marks.dropped_as(*answer.where)]
-    requests, publications = [one for one in book.comments() if one.is_open], book.publications()
-    decisions = {} if folder is None else intake_table.read(folder / INTAKE_FILE)
-    doubts = [doubt for doubt, decision in decisions.items() if not decision]
-    of = Class(course, students, answers, requests, publications, changed_in(book, course), doubts)
-    return {
-        "course": course,
-        "now": clock.now(),
-        "left_out": _left_out(marks),
-        "titles": {number: question.title for number, question in course.catalogue.marked.items()},
-        "todo": todo(of),
-        "stopped": [(student, said) for student in students if (said := _stopped(student))],
-        "details": [(student, said) for student in students if (said := _details(student))],
-        "assignments": (rows := [_of_assignment(of, one) for one in of.assignments]),
-        "states": [state for state in State if any(one["states"][state] for one in rows)],
-        "students": students,
-        "behind": far_below(students),
-        **waiting(answers, book.scores.acts(), list(course.catalogue.marked)),
-        "asked": [(answer, act) for answer in answers if answer.referred and (act := answer.last()) is not None],
-        "requests": requests,
-        "slips": slips(runs),
-        "common": {} if folder is None else hints.read(folder / HINTS_FILE),
-        "publications": publications,
-        "changes": of.changes,
-    }
-
-
-def _left_out(marks: MarkSettings) -> str:
-    what = f"Left out, as course.toml drops it: {', '.join(marks.drop)}."
-    return f"{what} Requests and changed marks are still listed for it." if marks.drop else ""
-
-
-# --- the class at a glance: one table of sections, as a page and in the terminal --------------------------------------
-
-
 class CellPiece(NamedTuple):
     """A piece of a cell: its text, how they look ("strong" or "code"), and (student, question, part) it leads to."""
 
@@ -149,7 +104,49 @@ class Section(NamedTuple):
     notes: Sequence[str] = ()
 
 
-def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], str] | None = None) -> str:
+@dataclass(frozen=True)
+class Overview:
+    """What there is to know of a class now."""
+
+    of: Class
+    now: datetime
+    sections: Sequence[Section]
+
+
+def class_overview(book: Gradebook, course: Course, folder: Path | None = None) -> Overview:
+    """Collect what there is to know of a class now.
+
+    Parameters
+    ----------
+    book : the class's gradebook
+    course : with its catalogue and settings
+    folder : of results, with ``intake.csv`` and ``hints.json``; None without one
+    """
+    students = _students(book, course)
+    answers = [one for one in book.scores.answers() if not course.settings.marks.dropped_as(*one.where)]
+    requests, publications = [one for one in book.comments() if one.is_open], book.publications()
+    decisions = {} if folder is None else intake_table.read(folder / INTAKE_FILE)
+    doubts = [doubt for doubt, decision in decisions.items() if not decision]
+    of = Class(course, students, answers, requests, publications, changed_in(book, course), doubts)
+    scorers = Counter(act.actor for act in book.scores.acts() if act.undoes is None)
+    sections = [
+        *(_to_do(of), _the_term(of), _far_below_the_class(of), _messages(of), _not_counted(of)),
+        *(_waiting_for_a_person(of, scorers), _asked_of_the_instructor(of), _requests(of)),
+        *(_went_wrong(of), _stopped_cells(of), _same_work([] if folder is None else hints.read(folder))),
+        _given_back(of),
+    ]
+    return Overview(of, clock.now(), sections)
+
+
+def _left_out(marks: MarkSettings) -> str:
+    what = f"Left out, as course.toml drops it: {', '.join(marks.drop)}."
+    return f"{what} Requests and changed marks are still listed for it." if marks.drop else ""
+
+
+# --- the class at a glance: one table of sections, as a page and in the terminal --------------------------------------
+
+
+def as_page(overview: Overview, answer_link: Callable[[str, str, str], str] | None = None) -> str:
     """Return the overview as an HTML page without scripts, which loads nothing.
 
     Parameters
@@ -159,11 +156,11 @@ def as_page(overview: Mapping[str, Any], answer_link: Callable[[str, str, str], 
         empty. With it, the page has links, and must not be written to a file.
     """
     page = templates("templates").get_template("overview.html")
-    about = {name: overview[name] for name in ("course", "now", "left_out")}
-    return page.render(**about, sections=[*sections(overview)], answer_link=answer_link, moment=moment, text_of=text_of)
+    about = {"course": overview.of.course, "left_out": _left_out(overview.of.course.settings.marks)}
+    return page.render(**vars(overview), **about, answer_link=answer_link, text_of=text_of)
 
 
-def as_text(overview: Mapping[str, Any]) -> str:
+def as_text(overview: Overview) -> str:
     """Return the overview for a terminal, without characters that control it."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
@@ -177,10 +174,11 @@ def as_text(overview: Mapping[str, Any]) -> str:
         shown = Text(no_escapes(content)) if isinstance(content, str) else content
         console.print(Padding(shown, (0, 0, 0, indent)))
 
-    course = overview["course"]
-    say(", ".join(filter(None, (course.title, course.settings.term))) + f"; {moment(overview['now'])}")
-    say(overview["left_out"]) if overview["left_out"] else None
-    for section in sections(overview):
+    course = overview.of.course
+    say(", ".join(filter(None, (course.title, course.settings.term))) + f"; {moment(overview.now)}")
+    if left_out := _left_out(course.settings.marks):
+        say(left_out)
+    for section in overview.sections:
         say(f"\n{section.title.upper()}", 0)
         for line in (section.summary, *section.notes):
             say(line)
@@ -205,69 +203,84 @@ def text_of(cell: TableCell) -> str:
     return f"{cell:g}" if isinstance(cell, int | float) else "".join(piece.text for piece in cell)
 
 
-def sections(overview: Mapping[str, Any]) -> Iterator[Section]:
-    """Yield the sections of an overview; ``overview`` is from :func:`class_overview`."""
-    students, titles = overview["students"], overview["titles"]
-    todo_now, count = overview["todo"], plural(len(overview["todo"]), "{count} thing", "{count} things")
-    yield Section(
-        "To do today",
-        f"{count} to do. What is worth most comes first." if todo_now else "Nothing is to do today.",
-        [PageTable("By the points at stake", ["Points", "What to do"], [*map(_of_task, todo_now)], ["Points"])],
-    )
-    there = [student for student in students if student.handed_in]
-    columns = ["Assignment", "Due", "Out of", "Late", "Excused", "Given back"]
-    states = ["Assignment", *overview["states"]]
+# --- the sections -----------------------------------------------------------------------------------------------------
+
+
+def _to_do(of: Class) -> Section:
+    tasks = todo(of)
+    count = plural(len(tasks), "{count} thing", "{count} things")
+    summary = f"{count} to do. What is worth most comes first." if tasks else "Nothing is to do today."
+    table = PageTable("By the points at stake", ["Points", "What to do"], [*map(_of_task, tasks)], ["Points"])
+    return Section("To do today", summary, [table])
+
+
+def _of_task(task: Task) -> Sequence[TableCell]:
+    """Return the row of something to do. Few students are named; of many their number, and the first."""
+    many = len(task.who) > _MOST_NAMED
+    first = [CellPiece(f"{_students_text(task.who)}: "), *_each(task.who[: _MOST_NAMED - 1]), CellPiece(", …")]
+    who = first if many else _each(task.who)
+    worth = "not known" if task.worth is None else points(float(task.worth)) if task.worth else ""
+    what = [CellPiece(sentence(task.what), "strong"), CellPiece("\n"), *who, *([CellPiece("\n")] if who else [])]
+    return worth, [*what, CellPiece(task.command, "code")]
+
+
+def _the_term(of: Class) -> Section:
+    there = [student for student in of.students if student.handed_in]
+    summary = f"{len(there)} of {_students_text(of.students)} handed something in."
+    by_title: dict[str, list[AssignmentGrade]] = {one.title: [] for one in of.assignments}
+    for grade in (grade for student in of.students for grade in student.assignments):
+        by_title[grade.title].append(grade)
+    numbers = ["Out of", "Late", "Excused"]
+    columns = ["Assignment", "Due", *numbers, "Given back"]
+    assignments = [_assignment_row(of, one, by_title[one.title]) for one in of.assignments]
+    counted = {title: [one.state for one in grades if not one.is_excused] for title, grades in by_title.items()}
+    states = [state for state in State if any(state in those for those in counted.values())]
+    counts = [(title, *(those.count(state) or "" for state in states)) for title, those in counted.items() if states]
     by_student = "Students; what is not due is left out until it is there"
-    yield Section(
-        "The term",
-        f"{len(there)} of {_students_text(students)} handed something in.",
-        [
-            PageTable(
-                "Assignments", columns, [*map(_assignment_row, overview["assignments"])], ["Out of", "Late", "Excused"]
-            ),
-            PageTable(
-                "Students in each state",
-                states,
-                [(one["title"], *(one["states"][name] or "" for name in states[1:])) for one in overview["assignments"]]
-                if states[1:]
-                else [],
-                states[1:],
-            ),
-            PageTable(
-                by_student,
-                ["Student", "Work", "Points so far", "Last handed in"],
-                [(_named(one), work_text(one), so_far_text(one), one.last) for one in students],
-            ),
-        ],
-        [*_term_notes(overview)],
-    )
-    behind = overview["behind"]
-    far = "with less than half the class's median"
-    yield Section(
-        "Far below the class",
-        f"{_students_text(behind)} {far}, {100 * behind[0][2]:.0f} % of the points that are due and decided."
-        if behind
-        else "Nobody is far below the class.",
-        [
-            PageTable(
-                "Points of what is due and decided",
-                ["Student", "Share"],
-                [(_named(student), f"{100 * share:.0f} %") for student, share, _usual in behind],
-                ["Share"],
-            )
-        ],
-    )
-    details = overview["details"]
-    yield Section(
-        "What may have cost points",
-        f"The messages behind the list of what to do, in full. They are about {_students_text(details)}."
-        if details
-        else "No run, no file and no lapsed mark cost anybody points.",
-        [PageTable("Messages", ["Student", "Messages"], [(_named(one), "\n".join(said)) for one, said in details])],
-    )
-    yield from _of_not_counted(students)
-    yield from _of_answers(overview, titles)
-    yield from _of_work(overview, titles)
+    students = [(_named(one), work_text(one), so_far_text(one), one.last) for one in of.students]
+    tables = [
+        PageTable("Assignments", columns, assignments, numbers),
+        PageTable("Students in each state", ["Assignment", *states], counts, states),
+        PageTable(by_student, ["Student", "Work", "Points so far", "Last handed in"], students),
+    ]
+    return Section("The term", summary, tables, [*_term_notes(of)])
+
+
+def _assignment_row(of: Class, assignment: Assignment, grades: Sequence[AssignmentGrade]) -> Sequence[TableCell]:
+    """Return what the class did of an assignment: how many students were late, or excused."""
+    rules = [(rule.due, of.course.settings.notebooks_of(rule)) for rule in of.course.settings.dues]
+    due = max((due for due, names in rules if not names or names & {*assignment.notebooks}), default=None)
+    late = sum(bool(grade.days_late) for grade in grades if not grade.is_excused)
+    excused, back = sum(grade.is_excused for grade in grades), of.given_back(assignment)
+    is_due, is_back = f"{due:%Y-%m-%d %H:%M}" if due else "", moment(back.when) if back else ""
+    return assignment.title, is_due, float(of.of_assignment(assignment)), late or "", excused or "", is_back
+
+
+def _term_notes(of: Class) -> Iterator[str]:
+    if not any(student.about.enrolled for student in of.students):
+        yield f"The gradebook has no roster, so nobody is missed here who handed in nothing ({program.name()} roster)."
+    if not of.course.settings.dues:
+        yield "course.toml has no due dates. So everything is due, and nobody is behind."
+    for student in of.students:
+        if student.graded and student.graded.run.supplied:
+            yield f"Values were supplied for {student.id}: {', '.join(student.graded.run.supplied)}."
+
+
+def _far_below_the_class(of: Class) -> Section:
+    behind, summary = far_below(of.students), "Nobody is far below the class."
+    if behind:
+        least = f"less than half the class's median, {100 * behind[0][2]:.0f} % of the points that are due and decided"
+        summary = f"{_students_text(behind)} with {least}."
+    rows = [(_named(student), f"{100 * share:.0f} %") for student, share, _usual in behind]
+    table = PageTable("Points of what is due and decided", ["Student", "Share"], rows, ["Share"])
+    return Section("Far below the class", summary, [table])
+
+
+def _messages(of: Class) -> Section:
+    rows = [(_named(one), "\n".join(messages)) for one in of.students if (messages := _details(one))]
+    some = f"The messages behind the list of what to do, in full. They are about {_students_text(rows)}."
+    summary = some if rows else "No run, no file and no lapsed mark cost anybody points."
+    return Section("What may have cost points", summary, [PageTable("Messages", ["Student", "Messages"], rows)])
 
 
 #: Code of what does not count → what takes it in; else the student has to hand it in again.
@@ -279,28 +292,103 @@ _TAKES_IT = {
 }
 
 
-def _of_not_counted(students: Sequence[Student]) -> Iterator[Section]:
-    """Yield the section of what students made and does not count, grouped by reason."""
-    rows: list[Sequence[TableCell]] = []
-    for student in students:
-        run = student.graded.run if student.graded else None
-        reported = (*run.problems, *run.notes) if run else ()
-        by_code = defaultdict[Code, list[Problem]](list)
-        for one in dict.fromkeys(reported):
-            if isinstance(one, Problem) and one.code in NOT_COUNTED:
-                by_code[one.code].append(one)
-        for code, those in by_code.items():
-            shown = sentences(those[:_MOST_LINES])
+def _not_counted(of: Class) -> Section:
+    rows, concerned = [], set()
+    for student in of.students:
+        problems = not_counted(student.graded.run) if student.graded else []
+        for code, same in groupby(problems, key=lambda one: one.code):
+            those = [*same]
             more = [f"and {len(those) - _MOST_LINES} more"] if len(those) > _MOST_LINES else []
-            rows.append((_named(student), "\n".join([*shown, *more]), _TAKES_IT.get(code, _ASK)))
-    concerned = {text_of(row[0]) for row in rows}
-    yield Section(
-        "What does not count",
-        f"Some of what {_students_text(concerned)} made does not count."
-        if rows
-        else "Everything that was made counts.",
-        [PageTable("Made by students, and not counted", ["Student", "What, and why", "What takes it in"], rows)],
-    )
+            shown = [*sentences(those[:_MOST_LINES]), *more]
+            rows.append((_named(student), "\n".join(shown), _TAKES_IT.get(code, _ASK)))
+            concerned.add(student.id)
+    some = f"Some of what {_students_text(concerned)} made does not count."
+    summary = some if rows else "Everything that was made counts."
+    table = PageTable("Made by students, and not counted", ["Student", "What, and why", "What takes it in"], rows)
+    return Section("What does not count", summary, [table])
+
+
+def _waiting_for_a_person(of: Class, scorers: Mapping[str, int]) -> Section:
+    waits = waiting(of)
+    to_read = [answer for one in waits for answer in one.answers]
+    answers = plural(len(to_read), "{count} answer", "{count} answers")
+    summary = f"To be read: {answers}, worth {worth(_out_of(to_read))}." if to_read else "No answer waits for a person."
+    numbers = ["Waiting", "Of", "Points"]
+    rows = [(*_question(of, one.where), len(one.answers), one.of, _out_of(one.answers)) for one in waits]
+    tables = [
+        PageTable("Answers that wait", ["Part", "Question", *numbers], rows, numbers),
+        PageTable("Scoring", ["Scorer", "Answers"], sorted(scorers.items()), ["Answers"]),
+    ]
+    return Section("Waiting for a person", summary, tables)
+
+
+def _asked_of_the_instructor(of: Class) -> Section:
+    asked = [(answer, act) for answer in of.answers if answer.referred and (act := answer.last()) is not None]
+    answers = plural(len(asked), "{count} answer", "{count} answers")
+    summary = f"For you to decide, as a scorer asked: {answers}." if asked else "No scorer asks you."
+    rows = [(*_both(answer), act.actor, moment(act.when), shortened(act.remark)) for answer, act in asked]
+    table = PageTable("Questions of scorers", ["Student", "Part", "Asked by", "When", "What"], rows)
+    return Section("Asked of the instructor", summary, [table])
+
+
+def _requests(of: Class) -> Section:
+    count = plural(len(of.requests), "{count} request", "{count} requests")
+    summary = f"{count} not answered yet." if of.requests else "Nobody asks to have anything looked at again."
+    rows = [(*_both(one), moment(one.when), shortened(one.text)) for one in of.requests]
+    table = PageTable("Requests of students", ["Student", "Part", "Since", "What"], rows)
+    return Section("Requests to look again", summary, [table])
+
+
+def _went_wrong(of: Class) -> Section:
+    runs = (student.graded for student in of.students if student.graded is not None)
+    found, summary, notes = slips(runs), "No part went wrong for many.", list[str]()
+    if found:
+        parts, most = plural(len(found), "{count} part", "{count} parts"), " ".join(found[0].where)
+        summary = f"{parts} went wrong for many; most of all {most}, for {_share(found[0])} who answered it."
+        share = f"{100 * MANY:.0f} %"
+        notes = [f"A part is listed if at least {share} of the answers that the key judged went wrong."]
+    rows = [(*_question(of, one.where), _share(one), _commonest(one)) for one in found]
+    table = PageTable("Slips", ["Part", "Question", "Went wrong for", "Commonest reasons"], rows)
+    return Section("Went wrong for many", summary, [table], notes)
+
+
+def _stopped_cells(of: Class) -> Section:
+    rows = [(_one(one.id), "\n".join(messages)) for one in of.students if (messages := _stopped(one))]
+    some = f"Cells of {_students_text(rows)} stopped with an error of their own."
+    summary = some if rows else "No cell of a student stopped with an error of its own."
+    table = PageTable("Cells that stopped, and what builds on them", ["Student", "What stopped"], rows)
+    return Section("Cells that stopped", summary, [table])
+
+
+def _same_work(of_class: Sequence[hints.Hint]) -> Section:
+    common = hints.by_students(of_class)
+    groups = plural(len(common), "{count} group", "{count} groups")
+    some = f"{groups} of students with equal numbers, recordings or files. A hint, never a verdict."
+    summary = some if common else "Nobody has the numbers, recordings or files of a class-mate."
+    rows = [(_each(students), "\n".join(one.evidence for one in those)) for students, those in common.items()]
+    table = PageTable("Hints", ["Students", "What they have in common"], rows)
+    notes = [_HINTS.format(program=program.name())] if common else []
+    return Section("Hints of the same work", summary, [table], notes)
+
+
+def _given_back(of: Class) -> Section:
+    given, moved = of.publications, defaultdict[str, list[ChangedMark]](list)
+    for change in of.changes:
+        moved[change.student].append(change)
+    summary = f"Feedback was not given back yet ({program.name()} publish)."
+    if given:
+        since = f"Marks of {_students_text(moved)} have changed since." if moved else "No mark has changed since."
+        summary = f"Last given back on {moment(given[-1].when)}, by {given[-1].actor}. {since}"
+    changed = [(_one(student), _moved(those)) for student, those in moved.items()]
+    publications = [(moment(one.when), one.actor, one.note) for one in given]
+    tables = [
+        PageTable("Changed since", ["Student", "Changed"], changed),
+        PageTable("Given back", ["When", "By", "Note"], publications),
+    ]
+    return Section("Feedback given back", summary, tables)
+
+
+# --- pieces of the sections -------------------------------------------------------------------------------------------
 
 
 def _students_text(students: Sized) -> str:
@@ -322,152 +410,19 @@ def _each(students: Sequence[str]) -> list[CellPiece]:
     return pieces[1:]
 
 
-def _of_task(task: Task) -> Sequence[TableCell]:
-    """Return the row of something to do. Few students are named; of many their number, and the first."""
-    many = len(task.who) > _MOST_NAMED
-    first = [CellPiece(f"{_students_text(task.who)}: "), *_each(task.who[: _MOST_NAMED - 1]), CellPiece(", …")]
-    who = first if many else _each(task.who)
-    worth = "not known" if task.worth is None else points(float(task.worth)) if task.worth else ""
-    what = [CellPiece(sentence(task.what), "strong"), CellPiece("\n"), *who, *([CellPiece("\n")] if who else [])]
-    return worth, [*what, CellPiece(task.command, "code")]
+def _both(about: Answer | CommentRecord) -> tuple[TableCell, TableCell]:
+    """Return the cells of a student, and of the answer that something is about."""
+    return _one(about.student), _one(about.student, about.where)
 
 
-def _assignment_row(row: Mapping[str, Any]) -> Sequence[TableCell]:
-    due = f"{row['due']:%Y-%m-%d %H:%M}" if row["due"] else ""
-    back = moment(row["given_back"]) if row["given_back"] else ""
-    return row["title"], due, row["out_of"], row["late"] or "", row["excused"] or "", back
-
-
-def _term_notes(overview: Mapping[str, Any]) -> Iterator[str]:
-    students = overview["students"]
-    if not any(student.about.enrolled for student in students):
-        yield f"The gradebook has no roster, so nobody is missed here who handed in nothing ({program.name()} roster)."
-    if not overview["course"].settings.dues:
-        yield "course.toml has no due dates. So everything is due, and nobody is behind."
-    for student in students:
-        if student.graded and student.graded.run.supplied:
-            yield f"Values were supplied for {student.id}: {', '.join(student.graded.run.supplied)}."
-
-
-def _of_answers(overview: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
-    """Yield the sections about answers that somebody has to read."""
-    waits, asked, requests = overview["waiting"], overview["asked"], overview["requests"]
-    to_read = [answer for one in waits for answer in one.answers]
-    answers = plural(len(to_read), "{count} answer", "{count} answers")
-    columns = ["Part", "Question", "Waiting", "Of", "Points"]
-    rows = [
-        (" ".join(one.where), titles.get(one.where[0], ""), len(one.answers), one.of, _out_of(one.answers))
-        for one in waits
-    ]
-    yield Section(
-        "Waiting for a person",
-        f"To be read: {answers}, worth {worth(_out_of(to_read))}." if to_read else "No answer waits for a person.",
-        [
-            PageTable("Answers that wait", columns, rows, columns[2:]),
-            PageTable("Scoring", ["Scorer", "Answers"], overview["scorers"], ["Answers"]),
-        ],
-    )
-    columns = ["Student", "Part", "Asked by", "When", "What"]
-    answers = plural(len(asked), "{count} answer", "{count} answers")
-    yield Section(
-        "Asked of the instructor",
-        f"For you to decide, as a scorer asked: {answers}." if asked else "No scorer asks you.",
-        [
-            PageTable(
-                "Questions of scorers",
-                columns,
-                [
-                    (
-                        *(_one(answer.student), _one(answer.student, answer.where)),
-                        *(act.actor, moment(act.when), shortened(act.remark)),
-                    )
-                    for answer, act in asked
-                ],
-            )
-        ],
-    )
-    count = plural(len(requests), "{count} request", "{count} requests")
-    yield Section(
-        "Requests to look again",
-        f"{count} not answered yet." if requests else "Nobody asks to have anything looked at again.",
-        [
-            PageTable(
-                "Requests of students",
-                ["Student", "Part", "Since", "What"],
-                [
-                    (_one(one.student), _one(one.student, one.where), moment(one.when), shortened(one.text))
-                    for one in requests
-                ],
-            )
-        ],
-    )
+def _question(of: Class, where: Where) -> tuple[str, str]:
+    """Return the cells of a part, and of the title of its question; "" if the course does not ask it any more."""
+    question = of.course.catalogue.marked.get(where[0])
+    return " ".join(where), question.title if question else ""
 
 
 def _out_of(answers: Iterable[Answer]) -> float:
     return sum(answer.mark.out_of for answer in answers)
-
-
-def _of_work(overview: Mapping[str, Any], titles: Mapping[str, str]) -> Iterator[Section]:
-    """Yield the sections about what the class did, and what was given back."""
-    slips_, stopped, common = overview["slips"], overview["stopped"], overview["common"]
-    many = f"A part is listed if at least {100 * MANY:.0f} % of the answers that the key judged went wrong."
-    summary = "No part went wrong for many."
-    if slips_:
-        parts, most = plural(len(slips_), "{count} part", "{count} parts"), " ".join(slips_[0].where)
-        summary = f"{parts} went wrong for many; most of all {most}, for {_share(slips_[0])} who answered it."
-    yield Section(
-        "Went wrong for many",
-        summary,
-        [
-            PageTable(
-                "Slips",
-                ["Part", "Question", "Went wrong for", "Commonest reasons"],
-                [(" ".join(one.where), titles.get(one.where[0], ""), _share(one), _commonest(one)) for one in slips_],
-            )
-        ],
-        [many] if slips_ else [],
-    )
-    label = "Cells that stopped, and what builds on them"
-    yield Section(
-        "Cells that stopped",
-        f"Cells of {_students_text(stopped)} stopped with an error of their own."
-        if stopped
-        else "No cell of a student stopped with an error of its own.",
-        [PageTable(label, ["Student", "What stopped"], [(_one(one.id), "\n".join(said)) for one, said in stopped])],
-    )
-    groups = plural(len(common), "{count} group", "{count} groups")
-    yield Section(
-        "Hints of the same work",
-        f"{groups} of students with equal numbers, recordings or files. A hint, never a verdict."
-        if common
-        else "Nobody has the numbers, recordings or files of a class-mate.",
-        [
-            PageTable(
-                "Hints",
-                ["Students", "What they have in common"],
-                [(_each(who), "\n".join(evidence)) for who, evidence in common.items()],
-            )
-        ],
-        [_HINTS.format(program=program.name())] if common else [],
-    )
-    moved = defaultdict[str, list[Any]](list)
-    for change in overview["changes"]:
-        moved[change.student].append(change)
-    given = overview["publications"]
-    summary = f"Feedback was not given back yet ({program.name()} publish)."
-    if given:
-        since = f"Marks of {_students_text(moved)} have changed since." if moved else "No mark has changed since."
-        summary = f"Last given back on {moment(given[-1].when)}, by {given[-1].actor}. {since}"
-    yield Section(
-        "Feedback given back",
-        summary,
-        [
-            PageTable(
-                "Changed since", ["Student", "Changed"], [(_one(who), _moved(those)) for who, those in moved.items()]
-            ),
-            PageTable("Given back", ["When", "By", "Note"], [(moment(one.when), one.actor, one.note) for one in given]),
-        ],
-    )
 
 
 def _share(slip: Slip) -> str:
@@ -478,7 +433,7 @@ def _commonest(slip: Slip) -> str:
     return "\n".join(f"{times} × {reason}" for reason, times in slip.reasons[:3])
 
 
-def _moved(changes: Iterable[Any]) -> list[CellPiece]:
+def _moved(changes: Iterable[ChangedMark]) -> list[CellPiece]:
     """Return the marks of a student that changed, each in a line."""
     pieces: list[CellPiece] = []
     for one in changes:
@@ -493,22 +448,14 @@ def _moved(changes: Iterable[Any]) -> list[CellPiece]:
 def _students(book: Gradebook, course: Course) -> list[Student]:
     """Return everybody in the gradebook with the states of their work now."""
     students, notebooks = [], {path.name for path in course.notebooks}
+    marks = course.settings.marks
     for about in book.students():
         graded = book.current(about.student)
-        counting = None if graded is None else _counting(graded, course.settings.marks)
+        counting = graded and with_marks(graded, lambda mark: not marks.dropped_as(*mark.where)).without_answers()
         came = {name: when for name, when in received(book, about.student, graded).items() if name in notebooks}
-        students.append(Student(about, account_in(book, course, graded, about), counting, came))
+        account = account_in(book, course, graded, about)
+        students.append(Student(about, account, counting, came))
     return students
-
-
-def _counting(graded: Graded, settings: MarkSettings) -> Graded:
-    """Return a run without its answers, with the marks that count, and without faults of the key in others."""
-    dropped = tuple(mark for mark in graded.marks if settings.dropped_as(*mark.where))
-    marks = tuple(mark for mark in graded.marks if mark not in dropped)
-    faults_of_dropped = key_faults(replace(graded, marks=dropped))
-    problems = tuple(problem for problem in graded.run.problems if problem not in faults_of_dropped.values())
-    lapsed = tuple(given for given in graded.lapsed if not settings.dropped_as(*given.mark.where))
-    return replace(graded, run=replace(graded.run, problems=problems), marks=marks, lapsed=lapsed).without_answers()
 
 
 def _details(student: Student) -> list[str]:
@@ -521,22 +468,6 @@ def _stopped(student: Student) -> list[str]:
     """Return the messages on cells of a student that stopped, and cost answers."""
     problems = () if student.graded is None else student.graded.run.problems
     return sentences(one for one in problems if isinstance(one, Problem) and one.code is Code.CELL_STOPPED)
-
-
-def _of_assignment(of: Class, assignment: Assignment) -> dict[str, Any]:
-    """Return what the class did of an assignment: how many students are in each state, late, or excused."""
-    grades = [grade for student in of.students for grade in student.assignments if grade.title == assignment.title]
-    back, points, settings = of.given_back(assignment), of.of_assignment(assignment), of.course.settings
-    rules = [(rule.due, settings.notebooks_of(rule)) for rule in settings.dues]
-    return {
-        "title": assignment.title,
-        "due": max((due for due, names in rules if not names or names & {*assignment.notebooks}), default=None),
-        "out_of": float(points),
-        "states": Counter(grade.state for grade in grades if not grade.is_excused),
-        "late": sum(bool(grade.days_late) for grade in grades if not grade.is_excused),
-        "excused": sum(grade.is_excused for grade in grades),
-        "given_back": None if back is None else back.when,
-    }
 
 
 def label(grade: AssignmentGrade) -> str:
@@ -594,45 +525,28 @@ def _decided_share(account: Account) -> float | None:
 # --- answers and marks ------------------------------------------------------------------------------------------------
 
 
-def waiting(answers: Sequence[Answer], acts: Sequence[Act], order: Sequence[str]) -> dict[str, Any]:
-    """Return which answers wait, and how many answers each scorer has read.
-
-    Parameters
-    ----------
-    answers : all that persons read
-    acts : of the scorers
-    order : the questions in the order of the course
-
-    Returns
-    -------
-    dict
-        ``waiting``, a list of :class:`Waiting`; and ``scorers``, a list of name and number of answers.
-    """
-    places = {question: place for place, question in enumerate(order)}
-    by_part: dict[Where, list[Answer]] = {}
-    for answer in sorted(answers, key=lambda one: (places.get(one.question, len(places)), one.where)):
-        by_part.setdefault(answer.where, []).append(answer)
-    parts = []
-    for where, those in by_part.items():
-        if left := [answer for answer in those if answer.waiting]:
-            parts.append(Waiting(where, left, len(those)))
-    scorers = Counter(act.actor for act in acts if act.undoes is None)
-    return {"waiting": parts, "scorers": sorted(scorers.items())}
+def waiting(of: Class) -> list[Waiting]:
+    """Return which answers wait, by part in the order of the course; questions that are not asked any more are last."""
+    places = {question: place for place, question in enumerate(of.course.catalogue.marked)}
+    by_part = defaultdict[Where, list[Answer]](list)
+    for answer in sorted(of.answers, key=lambda one: (places.get(one.question, len(places)), one.where)):
+        by_part[answer.where].append(answer)
+    parts = (Waiting(where, [one for one in those if one.waiting], len(those)) for where, those in by_part.items())
+    return [part for part in parts if part.answers]
 
 
 def slips(runs: Iterable[Graded]) -> list[Slip]:
     """Find the parts that many students got wrong, among the answers that the key judged; the largest share first."""
-    judged: dict[Where, list[Mark]] = defaultdict(list)
+    judged = defaultdict[Where, list[Mark]](list)
     for mark in (mark for graded in runs for mark in graded.marks if mark.status in _JUDGED):
         judged[mark.where].append(mark)
-    judged_parts = []
+    found = []
     for where, marks in judged.items():
         wrong = [mark for mark in marks if mark.status in _WENT_WRONG]
-        reasons = Counter(without_numbers(sentence(mark.reason)) for mark in wrong).most_common()
-        lost = sum(mark.out_of - mark.points for mark in wrong)
-        judged_parts.append(Slip(where, len(wrong), len(marks), lost, reasons))
-    many = (slip for slip in judged_parts if slip.wrong >= max(SEVERAL, MANY * slip.judged))
-    return sorted(many, key=lambda slip: (-slip.wrong / slip.judged, -slip.lost, slip.where))
+        if len(wrong) >= max(SEVERAL, MANY * len(marks)):
+            reasons = Counter(without_numbers(sentence(mark.reason)) for mark in wrong).most_common()
+            found.append(Slip(where, len(wrong), len(marks), sum(one.out_of - one.points for one in wrong), reasons))
+    return sorted(found, key=lambda slip: (-slip.wrong / slip.judged, -slip.lost, slip.where))
 
 
 # --- feedback that was given back -------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ Nothing here is cut, so that whoever reads only this learns of all that cost poi
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -22,7 +23,8 @@ from labcourse.grading.graded_run import is_failed, key_faults, submission_of
 from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.marks import Status
 from labcourse.grading.reports.changes import ChangedMark
-from labcourse.grading.reports.result import nothing_given
+from labcourse.grading.reports.result import moment, nothing_given
+from labcourse.grading.scoring.rubric import for_a_person
 from labcourse.grading.settings import Assignment
 from labcourse.grading.submission import OWNER, TIME_RECEIVED, Doubt
 from labcourse.problems import Code, Problem, Where, codes
@@ -34,7 +36,6 @@ DONE = (State.MARKED, State.MISSING, State.UNTOUCHED)
 NOTHING_THERE = (State.MISSING, State.NOT_DUE, State.UNTOUCHED)
 _STUDENT = "STUDENT"  # in a command: the ID of the first student
 _GRADE = "grade MARKS SUBMISSIONS"
-_MARK = f'mark MARKS {_STUDENT} QUESTION PART POINTS --reason "..." --by NAME'
 _ABOUT_FILES = (Code.OLDER_NOTEBOOK_COUNTS, Code.NOTEBOOK_UNREAD, Code.EMPTY_BESIDE_ANSWERED)
 
 
@@ -79,22 +80,14 @@ class Student:
     def last(self) -> str:
         """When the last notebook was handed in: "?" by the student's computer alone, "(file)" by a file on the disk."""
         arrival = max(self.received.values(), default=None, key=lambda arrival: arrival.received)
-        clock = {"": "?", ON_DISK: " (file)"}.get(arrival.clock or "-", "") if arrival is not None else ""
-        return "" if arrival is None else f"{arrival.received:%Y-%m-%d %H:%M} UTC{clock}"
+        if arrival is None:
+            return ""
+        return moment(arrival.received) + {"": "?", ON_DISK: " (file)"}.get(arrival.clock or "-", "")
 
     @property
     def handed_in(self) -> bool:
         """Whether there is anything of their own."""
         return any(work.state not in NOTHING_THERE for one in self.assignments for work in one.works)
-
-
-class Finding(NamedTuple):
-    """Something to do for one student, or for nobody in particular; worth None if nobody knows how many points."""
-
-    what: Problem
-    command: str
-    who: str = ""
-    worth: Fraction | None = None
 
 
 @dataclass(frozen=True)
@@ -103,8 +96,8 @@ class Task:
 
     what: Problem
     command: str
-    who: tuple[str, ...]
-    worth: Fraction | None
+    who: tuple[str, ...] = ()
+    worth: Fraction | None = None
 
 
 @dataclass(frozen=True)
@@ -171,31 +164,38 @@ class Class:
 
 def todo(of: Class) -> list[Task]:
     """Return what to do in a class; what is worth most comes first, and what nobody knows the worth of behind it."""
-    groups: dict[Problem, list[Finding]] = {}
-    for finding in chain(_by_state(of), _by_run(of), _by_mark(of), _by_answer(of), _by_class(of)):
-        groups.setdefault(finding.what, []).append(finding)
-    tasks = []
-    for what, those in groups.items():
-        who = tuple(dict.fromkeys(finding.who for finding in those if finding.who))
-        worths = [finding.worth for finding in those if finding.worth is not None]
-        command = those[0].command.replace(_STUDENT, quote(who[0]) if who else _STUDENT)
-        tasks.append(Task(what, f"{program.name()} {command}", who, sum(worths, Fraction(0)) if worths else None))
+    groups = defaultdict[Problem, list[Task]](list)
+    for task in chain(_by_state(of), _by_run(of), _by_mark(of), _by_answer(of), _by_class(of)):
+        groups[task.what].append(task)
+    tasks = [_joined(those) for those in groups.values()]
     return sorted(tasks, key=lambda task: (task.worth is None or not task.worth, task.worth == 0, -(task.worth or 0)))
+
+
+def _joined(tasks: Sequence[Task]) -> Task:
+    """Return one task for all students of whom the same is to do."""
+    who = tuple(dict.fromkeys(student for task in tasks for student in task.who))
+    worths = [task.worth for task in tasks if task.worth is not None]
+    command = tasks[0].command.replace(_STUDENT, quote(who[0]) if who else _STUDENT)
+    return Task(tasks[0].what, f"{program.name()} {command}", who, sum(worths, Fraction(0)) if worths else None)
+
+
+def _mark(question: str, part: str) -> str:
+    return f'mark MARKS {_STUDENT} {quote(question)} {quote(part)} POINTS --reason "..." --by NAME'
 
 
 # --- by the calendar --------------------------------------------------------------------------------------------------
 
 
-def _by_state(of: Class) -> Iterator[Finding]:
+def _by_state(of: Class) -> Iterator[Task]:
     """Yield what is missing after its due date, is not graded yet, or came at a time that nobody knows."""
     for student in of.students:
         for grade in student.assignments:
             excuse = f'excuse MARKS {_STUDENT} {quote(grade.title)} --reason "..." --by NAME'
             for work in grade.works:
-                finding = _of_work(grade, work, excuse, bool(of.course.settings.late.per_day))
+                found = _of_work(grade, work, excuse, bool(of.course.settings.late.per_day))
                 points = of.of_notebook(work.notebook)
-                if finding is not None and work.excuse is None and points:
-                    yield Finding(*finding, student.id, points)
+                if found is not None and work.excuse is None and points:
+                    yield Task(*found, (student.id,), points)
 
 
 def _of_work(grade: AssignmentGrade, work: Work, excuse: str, late_costs: bool) -> tuple[Problem, str] | None:
@@ -242,6 +242,7 @@ _PICTURES = (Code.PICTURE_LEFT_OUT, Code.TOO_MANY_PICTURES, Code.PASTED_PICTURE_
 _UNREAD = (Code.NOTEBOOK_UNREAD, Code.SUBMISSION_UNREAD, Code.NO_NOTEBOOK)
 _LONGER, _LONGER_CELL = f"{_GRADE} --deadline 1200", f"{_GRADE} --cell-timeout 120"
 _LONGER_TOO, _MORE_MEMORY = f"{_GRADE} --cell-timeout 90", f"{_GRADE} --memory 4096"
+_MARK = _mark("QUESTION", "PART")
 #: The first that fits a problem counts.
 CAUSES = (
     Mishap((Code.GRADING_FAILED,), Code.TODO_FAILED, _GRADE, costs_all=True, in_full=True),
@@ -301,19 +302,19 @@ def cost(of: Class, student: Student, cause: Mishap, problems: Sequence[Problem]
     return of.at_stake(student, (mark.where for mark in lost if of.course.notebook_of(mark.question) in there))
 
 
-def _by_run(of: Class) -> Iterator[Finding]:
+def _by_run(of: Class) -> Iterator[Task]:
     """Yield what failed, could not be read, or stopped, and what else a run says that may cost points."""
     for student in of.students:
         for (cause, what), problems in causes(student).items():
             worth = cost(of, student, cause, problems)
             if worth is None or worth:
-                yield Finding(what, cause.command, student.id, worth)
+                yield Task(what, cause.command, (student.id,), worth)
 
 
 # --- by marks and answers ---------------------------------------------------------------------------------------------
 
 
-def _by_mark(of: Class) -> Iterator[Finding]:
+def _by_mark(of: Class) -> Iterator[Task]:
     """Yield faults of the key, marks of an older key, and marks by persons that do not hold any more."""
     digest = marking_digest(of.course)
     for student in of.students:
@@ -321,44 +322,39 @@ def _by_mark(of: Class) -> Iterator[Finding]:
         if graded is None or is_failed(graded.run):
             continue
         faults = key_faults(graded)
-        for question, part in (mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED):
-            what = Problem.of(Code.TODO_MEND_KEY, problem=faults.get((question, part), f"{question}, {part}."))
-            regrade = f"regrade MARKS --question {quote(question)}"
-            yield Finding(what, regrade, student.id, of.at_stake(student, [(question, part)]))
+        for where in (mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED):
+            what = Problem.of(Code.TODO_MEND_KEY, problem=faults.get(where, f"{', '.join(where)}."))
+            regrade = f"regrade MARKS --question {quote(where[0])}"
+            yield Task(what, regrade, (student.id,), of.at_stake(student, [where]))
         if graded.key_digest not in ("", digest):
-            yield Finding(Problem.of(Code.TODO_OLDER_KEY), "regrade MARKS", student.id)
-        for question, part in (given.mark.where for given in graded.lapsed):
-            what = Problem.of(Code.TODO_MARK_LAPSED, answer=f"{question} {part}")
-            again = f'mark MARKS {_STUDENT} {quote(question)} {quote(part)} POINTS --reason "..." --by NAME'
-            yield Finding(what, again, student.id, of.at_stake(student, [(question, part)]))
+            yield Task(Problem.of(Code.TODO_OLDER_KEY), "regrade MARKS", (student.id,))
+        for where in (given.mark.where for given in graded.lapsed):
+            what = Problem.of(Code.TODO_MARK_LAPSED, answer=" ".join(where))
+            yield Task(what, _mark(*where), (student.id,), of.at_stake(student, [where]))
 
 
-def _by_answer(of: Class) -> Iterator[Finding]:
+def _by_answer(of: Class) -> Iterator[Task]:
     """Yield the answers that wait in what is due; those whose mark lapsed are above."""
-    questions = of.course.catalogue.marked.values()
-    by_persons = {(one.number, part.name) for one in questions for part in one.parts if part.marked == "person"}
+    by_persons = {*for_a_person(of.course.catalogue)}
     for answer in of.answers:
         student, assignment = of.by_id[caseless(answer.student)], of.assignment_of(answer.question)
         work = student.work.get(of.course.notebook_of(answer.question))
         lapsed = {given.mark.where for given in student.graded.lapsed} if student.graded else set()
         if not answer.waiting or work is None or not work.is_due or assignment is None or answer.where in lapsed:
             continue
-        worth, (question, part) = of.at_stake(student, [answer.where]), answer.where
-        if answer.referred:
-            yield Finding(Problem.of(Code.TODO_SCORER_ASKS), "score MARKS --by NAME", answer.student, worth)
-        elif answer.where in by_persons:
+        command, what = "score MARKS --by NAME", Problem.of(Code.TODO_SCORER_ASKS)
+        if not answer.referred and answer.where in by_persons:
             what = Problem.of(Code.TODO_READ_ANSWERS, title=assignment.title)
-            yield Finding(what, "score MARKS --by NAME", answer.student, worth)
-        else:
-            mark = f'mark MARKS {_STUDENT} {quote(question)} {quote(part)} POINTS --reason "..." --by NAME'
-            what = Problem.of(Code.TODO_DECIDE_ANSWER, answer=f"{question} {part}", reason=answer.mark.reason)
-            yield Finding(what, mark, answer.student, worth)
+        elif not answer.referred:
+            command, about = _mark(*answer.where), " ".join(answer.where)
+            what = Problem.of(Code.TODO_DECIDE_ANSWER, answer=about, reason=answer.mark.reason)
+        yield Task(what, command, (answer.student,), of.at_stake(student, [answer.where]))
 
 
 # --- by the class -----------------------------------------------------------------------------------------------------
 
 
-def _by_class(of: Class) -> Iterator[Finding]:
+def _by_class(of: Class) -> Iterator[Task]:
     """Yield requests, marks that moved, what can be given back, and what names nobody."""
     for request in of.requests:
         student, (question, part) = of.by_id[caseless(request.student)], request.where
@@ -366,24 +362,23 @@ def _by_class(of: Class) -> Iterator[Finding]:
         left = sum(exact(mark.out_of) - exact(mark.points) for mark in marks if mark.where == request.where)
         answer = f'comment MARKS {_STUDENT} "TEXT" --question {quote(question)} --part {quote(part)} --by NAME'
         what = Problem.of(Code.TODO_ANSWER_REQUEST, answer=f"{question} {part}")
-        yield Finding(what, answer, student.id, Fraction(left))
+        yield Task(what, answer, (student.id,), Fraction(left))
     for change in of.changes:
         one = of.assignment_of(change.question)
         title = one.title if one else "what is not asked any more"
-        scale = ratio(of.worths.get((change.question, change.part), Fraction(0)), _out_of(change))
-        moved = abs(_points(change.after) - _points(change.before)) * scale
-        yield Finding(Problem.of(Code.TODO_MARKS_MOVED, title=title), _publish(one), change.student, moved)
+        what = Problem.of(Code.TODO_MARKS_MOVED, title=title)
+        yield Task(what, _publish(one), (change.student,), _moved(of, change))
     for one in of.assignments:
         yield from _handed_in_again(of, one)
         grades = [grade for student in of.students for grade in student.assignments if grade.title == one.title]
         counted = [grade for grade in grades if not grade.is_excused]
         is_done = all(grade.state in DONE and grade.is_due for grade in counted)
         if is_done and any(grade.state is State.MARKED for grade in counted) and of.given_back(one) is None:
-            yield Finding(Problem.of(Code.TODO_GIVE_BACK, title=one.title), _publish(one), worth=Fraction(0))
+            yield Task(Problem.of(Code.TODO_GIVE_BACK, title=one.title), _publish(one), worth=Fraction(0))
     yield from _names_nobody(of)
 
 
-def _handed_in_again(of: Class, assignment: Assignment) -> Iterator[Finding]:
+def _handed_in_again(of: Class, assignment: Assignment) -> Iterator[Task]:
     """Yield who handed in a version after an assignment was given back: it counts, and may be late."""
     if (back := of.given_back(assignment)) is None:
         return
@@ -392,7 +387,7 @@ def _handed_in_again(of: Class, assignment: Assignment) -> Iterator[Finding]:
             arrival = student.received.get(f"{name}.ipynb")
             if arrival is not None and back.when < arrival.received:
                 what = Problem.of(Code.TODO_HANDED_IN_AGAIN, title=assignment.title)
-                yield Finding(what, f"history MARKS {_STUDENT}", student.id)
+                yield Task(what, f"history MARKS {_STUDENT}", (student.id,))
 
 
 def _publish(assignment: Assignment | None) -> str:
@@ -400,27 +395,26 @@ def _publish(assignment: Assignment | None) -> str:
     return f"publish MARKS{only} --by NAME"
 
 
-def _out_of(change: ChangedMark) -> Fraction:
-    return exact(getattr(change.after or change.before, "out_of", 0))
+def _moved(of: Class, change: ChangedMark) -> Fraction:
+    """Return by how many points of its assignment's column a mark changed."""
+    before, after = (exact(state.points) if state else Fraction(0) for state in (change.before, change.after))
+    out_of = next((exact(state.out_of) for state in (change.after, change.before) if state), Fraction(0))
+    return abs(after - before) * ratio(of.worths.get((change.question, change.part), Fraction(0)), out_of)
 
 
-def _points(state: object) -> Fraction:
-    return exact(getattr(state, "points", 0))
-
-
-def _names_nobody(of: Class) -> Iterator[Finding]:
+def _names_nobody(of: Class) -> Iterator[Task]:
     """Yield names in the settings, submissions and students that belong to nobody of the class."""
     deadlines, extensions = unknown_names(of.course.settings, (student.about for student in of.students))
     for where, names in (("deadlines", deadlines), ("extensions", extensions)):
         if names:
-            yield Finding(Problem.of(Code.TODO_CORRECT_SETTINGS, where, names=names), "report MARKS")
+            yield Task(Problem.of(Code.TODO_CORRECT_SETTINGS, where, names=names), "report MARKS")
     doubts = [doubt for doubt in of.doubts if doubt.about != TIME_RECEIVED]
     unknown = [doubt.submission for doubt in doubts if doubt.about == OWNER and not doubt.assumed]
     if unknown:
-        yield Finding(Problem.of(Code.TODO_FIND_OWNERS, names=unknown), _GRADE)
+        yield Task(Problem.of(Code.TODO_FIND_OWNERS, names=unknown), _GRADE)
     assumed = [f"{doubt.submission} ({doubt.about})" for doubt in doubts if doubt.about != OWNER or doubt.assumed]
     if assumed:
-        yield Finding(Problem.of(Code.TODO_DOUBTS, names=assumed), _GRADE)
+        yield Task(Problem.of(Code.TODO_DOUBTS, names=assumed), _GRADE)
     strangers = [student.id for student in of.students if not student.about.enrolled]
     for who in strangers if len(strangers) < len(of.students) else ():
-        yield Finding(Problem.of(Code.TODO_NOT_ON_ROSTER), "roster MARKS NAMES.csv", who)
+        yield Task(Problem.of(Code.TODO_NOT_ON_ROSTER), "roster MARKS NAMES.csv", (who,))

@@ -20,6 +20,7 @@ import labcourse.sentences
 from labcourse.grading import course as courses
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.overview import class_overview
+from labcourse.grading.todo import todo
 from labcourse.problems import Code, codes
 from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
 
@@ -60,10 +61,10 @@ def decided(book_file, folder, course):
         "marks": marks,
         "states": {
             one.id: [(work.notebook, work.state, work.counts, work.is_unread, work.days_late) for work in entry.works]
-            for one in overview["students"]
+            for one in overview.of.students
             for entry in one.account.assignments
         },
-        "to do": [(task.what.code, task.who, task.worth, task.command) for task in overview["todo"]],
+        "to do": [(task.what.code, task.who, task.worth, task.command) for task in todo(overview.of)],
         "grades": table(folder / GRADES_FILE, "notes"),
         "intake": table(folder / INTAKE_FILE, "why"),
     }

@@ -11,12 +11,11 @@ from made_courses import loaded
 from packings import NOTEBOOKS, WANTED, lay, work
 
 from labcourse.grading import batch, intake, platforms
-from labcourse.grading.gradebook import Gradebook, StudentRecord
+from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.graded_run import is_failed, key_faults, regrade
 from labcourse.grading.reports import live_report
 from labcourse.grading.reports.changes import changes_since
 from labcourse.grading.reports.grades import Reports
-from labcourse.grading.reports.result import Result
 from labcourse.grading.running import supplied
 from labcourse.grading.submission import PARTNER, Doubt
 from labcourse.problems import Code, Problem, has
@@ -86,11 +85,10 @@ def test_where_grading_fails_nothing_shows_a_number(fake_class, tmp_path, capsys
         assert current.run.problems == (Problem.of(Code.GRADING_FAILED, error="OSError: the disk is full"),)
         assert {mark.reason for mark in current.marks} == {Problem.of(Code.NOT_GRADED)} and is_failed(current.run)
         Reports(tmp_path / "out", fake_class.course, book).write_all()
-        result = Result(current, StudentRecord("ada"))
         with live_report.Screen(1, [], []) as screen:
-            screen.add(True, result)
+            screen.add(True, current)
         with live_report.JsonLines(1, [], []) as lines:
-            lines.add(True, result)
+            lines.add(True, current)
         table, _newline, event = capsys.readouterr().out.partition("{")
         assert "not graded" in table and "0 of" not in table
         assert json.loads("{" + event.splitlines()[0])["points"] is None

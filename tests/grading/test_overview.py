@@ -3,7 +3,6 @@
 import json
 import re
 import sqlite3
-from collections import Counter
 from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -62,9 +61,16 @@ def worth(*notebooks):
     return sum(one.points for one in OURS.catalogue.marked.values() if one.notebook in notebooks)
 
 
+def table(found, label):
+    """What stands in a table of the overview: first cell of a row → heading → text, if there is any."""
+    (one,) = [one for section in found.sections for one in section.tables if one.label == label]
+    texts = [[overview.text_of(cell) for cell in row] for row in one.rows]
+    return {first: dict(zip(one.headings[1:], more, strict=True)) for first, *more in texts}
+
+
 def tasks(book, course=None, folder=None):
     """What is to do: how it begins → who, points, and the command."""
-    found = overview.class_overview(book, course or term(), folder)["todo"]
+    found = todo.todo(overview.class_overview(book, course or term(), folder).of)
     return {one.what: (one.who, one.worth, one.command) for one in found}
 
 
@@ -80,7 +86,7 @@ def dropping(*names, course=OURS):
 
 
 def test_what_to_do_is_sorted_by_the_points_at_stake_each_with_its_command(day):
-    found = [(one.what, one.who, one.worth, one.command.partition(" ")[2]) for one in day[0]["todo"]]
+    found = [(one.what, one.who, one.worth, one.command.partition(" ")[2]) for one in todo.todo(day[0].of)]
     excuse, of = 'excuse MARKS gus {} --reason "..." --by NAME', Problem.of
     lab_02, lab_03, score_it = worth(FIRST), worth(SECOND), "score MARKS --by NAME"
     everybody = ("ada", "bob", "cleo", "dan", "fay")
@@ -199,8 +205,7 @@ def test_each_cause_is_to_do_with_what_it_cost_and_said_in_full(book, field, pro
     assert [what.code for what in found if what.code in OF_CAUSES] == [code]
     what = Problem.of(code, problem=problem) if code in IN_FULL else Problem.of(code)
     assert found[what] == (("ada",), points, f"rotflex {command}")
-    ((_student, said),) = overview.class_overview(book, term())["details"]
-    assert said == [sentence(problem)]
+    assert table(overview.class_overview(book, term()), "Messages") == {"ada": {"Messages": sentence(problem)}}
 
 
 def test_what_stopped_and_cost_nothing_is_not_to_do(book):
@@ -220,6 +225,7 @@ def test_what_a_cell_lacks_costs_only_what_is_missing_for_it(book):
     assert tasks(book)[Problem.of(Code.TODO_INSTALL_MODULE)][1] == 2
 
 
+STOPPED = "Cells that stopped, and what builds on them"
 SAID_BY_CODE = ["a picture was expected", "it took longer than 60 s and was stopped", "No such file or directory"]
 
 
@@ -233,9 +239,9 @@ def test_what_a_students_code_says_is_no_cause_though_it_has_our_words(book):
     said += [Problem.of(Code.TAKEN_BY_NAME, IN_02, file=text) for text in texts]
     record(book, graded("ada", replace(MISSING, reason=said[0]), problems=(*said,), notes=(*said,)))
     found = overview.class_overview(book, term())
-    assert found["details"] == []
-    assert not OF_CAUSES & {one.what.code for one in found["todo"]}
-    assert [line for _one, lines in found["stopped"] for line in lines] == sentences(said[: len(texts)])
+    assert table(found, "Messages") == {}
+    assert not OF_CAUSES & {one.what.code for one in todo.todo(found.of)}
+    assert table(found, STOPPED) == {"ada": {"What stopped": "\n".join(sentences(said[: len(texts)]))}}
 
 
 def test_codes_that_are_looked_for_are_those_that_the_program_reports():
@@ -297,8 +303,8 @@ def test_lapsed_marks_and_answers_that_the_key_could_not_compare_are_to_do_once(
     compared = Problem.of(Code.TODO_DECIDE_ANSWER, answer="2.11 omega_n", reason=unsure.reason)
     assert found[compared] == (("ada",), 2, by_hand.format("omega_n"))
     assert found[Problem.of(Code.TODO_READ_ANSWERS, title="Lab 02")][:2] == (("bob",), 1)
-    ((_ada, (said,)),) = overview.class_overview(book, term())["details"]
-    assert "tia gave 1 of 1 points" in said
+    said = table(overview.class_overview(book, term()), "Messages")["ada"]["Messages"]
+    assert "tia gave 1 of 1 points" in said and "\n" not in said
 
 
 def test_unknown_times_names_and_owners_are_to_do(book, tmp_path):
@@ -330,8 +336,10 @@ def test_what_is_marked_is_to_be_given_back_and_what_moved_since_again(book):
     book.set_mark("ada", "2.11", "omega_n", 0.5, "no", "tia")
     moved = tasks(book)[Problem.of(Code.TODO_MARKS_MOVED, title="Lab 02")]
     assert moved == (("ada",), 1.5, "rotflex publish MARKS --assignment 'Lab 02' --by NAME")
-    one, other, _later = sorted(overview.class_overview(book, term())["assignments"], key=lambda row: row["title"])
-    assert one["given_back"] is not None and other["given_back"] is None
+    back = {
+        title: row["Given back"] for title, row in table(overview.class_overview(book, term()), "Assignments").items()
+    }
+    assert back["Lab 02"] and not back["Lab 03"]
 
 
 # --- the term ---------------------------------------------------------------------------------------------------------
@@ -339,12 +347,15 @@ def test_what_is_marked_is_to_be_given_back_and_what_moved_since_again(book):
 
 def test_states_are_counted_by_assignment_and_said_by_student(day):
     found, _page = day
-    states = {one["title"]: (one["states"], one["out_of"]) for one in found["assignments"]}
-    in_02 = Counter({"marked": 3, "waits for a person": 2, "could not be graded": 1, "missing": 1, "handed in": 1})
-    in_03 = Counter({"marked": 1, "waits for a person": 5, "missing": 2})
-    assert states["Lab 02"] == (in_02, worth(FIRST))
-    assert states["Lab 03"] == (in_03, worth(SECOND))
-    assert states["Later"][0] == {"not due": 8}
+    states = table(found, "Students in each state")
+    assert " ".join(states["Lab 02"]) == "could not be graded missing not due handed in waits for a person marked"
+    assert {title: ",".join(counts.values()) for title, counts in states.items()} == {
+        "Lab 02": "1,1,,1,2,3",
+        "Lab 03": ",2,,,5,1",
+        "Later": ",,8,,,",
+    }
+    out_of = {title: float(row["Out of"]) for title, row in table(found, "Assignments").items()}
+    assert (out_of["Lab 02"], out_of["Lab 03"]) == (worth(FIRST), worth(SECOND))
     shown = overview.as_text(found)
     assert "7 of 8 students handed something in." in shown and "Values were supplied for eve: 2.9.sweep." in shown
     assert re.search(r"ada \(Ada Lovelace\) +waits for a person: Lab 03 +5.00 of 7 +2026-03-02 12:00 UTC", shown)
@@ -356,8 +367,8 @@ def test_whoever_handed_in_late_is_counted(book):
     for student, hours in (("ada", 30), ("bob", 90)):
         deliver(book, student, {IN_02: notebook()}, NOW - timedelta(hours=hours))
         record(book, graded(student, mark()))
-    found = overview.class_overview(book, term(late=LateSettings(grace_hours=1)))["assignments"]
-    assert [one["late"] for one in found if one["title"] == "Lab 02"] == [1]
+    found = overview.class_overview(book, term(late=LateSettings(grace_hours=1)))
+    assert table(found, "Assignments")["Lab 02"]["Late"] == "1"
 
 
 def test_the_newest_version_says_when_and_a_partner_has_what_was_handed_in_for_both(book):
@@ -365,7 +376,7 @@ def test_the_newest_version_says_when_and_a_partner_has_what_was_handed_in_for_b
     deliver(book, "ada", {IN_02: notebook("a = 2")}, HANDED_IN + timedelta(days=1))
     for student in ("ada", "bob"):
         record(book, graded(student, cells=facts(bench_of="ada")))
-    there = {one.id: one for one in overview.class_overview(book, OURS)["students"]}
+    there = {one.id: one for one in overview.class_overview(book, OURS).of.students}
     assert [list(there[who].received) for who in ("ada", "bob")] == [[IN_02]] * 2
     assert there["ada"].last == "2026-03-03 12:00 UTC" and "has no roster" in text(book)
 
@@ -375,7 +386,7 @@ def test_nobody_is_far_below_a_few_and_what_is_not_due_is_not_compared(book, siz
     later = Mark("3.4", "poles", "wrong", 0.0, 50.0, "")
     for n in range(size):
         record(book, graded(f"s{n}", mark() if n else mark("wrong", 0.0), replace(later, points=50.0 * (n == 0))))
-    found = overview.class_overview(book, term())["behind"]
+    found = overview.far_below(overview.class_overview(book, term()).of.students)
     assert [(one.id, share, usual) for one, share, usual in found] == [("s0", 0, 1)] * is_told
 
 
@@ -392,8 +403,9 @@ def test_what_is_dropped_is_in_nothing_and_the_page_says_so_once(book, tmp_path)
     book.scores.ask("f", ("2.16", "comparison"), "tia", remark="What now?")
     before, after = (overview.class_overview(book, course) for course in (term(), dropping("2.16", course=term())))
     for code in (Code.TODO_READ_ANSWERS, Code.TODO_SCORER_ASKS, Code.TODO_MEND_KEY):
-        assert [has(code, [one.what for one in found["todo"]]) for found in (before, after)] == [True, False]
-    assert before["waiting"] and before["asked"] and not after["waiting"] and not after["asked"]
+        assert [has(code, [one.what for one in todo.todo(found.of)]) for found in (before, after)] == [True, False]
+    for label in ("Answers that wait", "Questions of scorers"):
+        assert [bool(table(found, label)) for found in (before, after)] == [True, False]
     line = "Left out, as course.toml drops it: 2.16. Requests and changed marks are still listed for it."
     assert overview.as_page(after).count(line) == text(book, dropping("2.16")).count(line) == 1
     assert "Left out" not in overview.as_page(before)
@@ -405,7 +417,7 @@ def test_what_is_dropped_is_in_nothing_and_the_page_says_so_once(book, tmp_path)
 def test_what_waits_and_is_asked(day):
     found, _page = day
     # Of four explanations two were scored, and one is asked of the instructor: it waits all the same.
-    waiting = [(*one.where, len(one.answers), one.of) for one in found["waiting"]]
+    waiting = [(*one.where, len(one.answers), one.of) for one in overview.waiting(found.of)]
     assert waiting == [("2.11", "explanation", 2, 4), ("2.16", "comparison", 5, 5)]
     shown = " ".join(overview.as_text(found).split())
     assert "To be read: 7 answers, worth 12 points." in shown
@@ -415,7 +427,7 @@ def test_what_waits_and_is_asked(day):
 
 
 def test_slips_are_counted_by_what_the_key_said_without_its_numbers(day):
-    first, second = day[0]["slips"]
+    first, second = overview.slips(one.graded for one in day[0].of.students if one.graded)
     assert (first.where, first.wrong, first.judged) == (("2.11", "omega_n"), 3, 5)
     assert first.reasons == [("It is … rad/s off; it looks like Hz.", 2), ("It is … rad/s off.", 1)]
     assert (second.where, second.wrong, second.judged) == (("2.12", "K_s"), 2, 5)
@@ -442,7 +454,7 @@ def test_whose_cells_stopped_is_listed_with_what_builds_on_them(book):
     large = Problem.of(Code.OWN_FILE_REFUSED, "own.py", why=Problem.of(Code.OWN_FILE_TOO_LARGE, most=10**6))
     record(book, graded("ada", mark(), problems=(stop, large)), graded("bob", mark()))
     said = "2.11 stopped: NameError, name 'x' is not defined, line 3; 2.12 builds on it."
-    assert [(one.id, lines) for one, lines in overview.class_overview(book, OURS)["stopped"]] == [("ada", [said])]
+    assert table(overview.class_overview(book, OURS), STOPPED) == {"ada": {"What stopped": said}}
     assert "Cells of 1 student stopped" in text(book) and "ada 2.11 stopped: NameError" in text(book)
 
 
@@ -456,25 +468,21 @@ def test_the_same_work_is_a_hint_with_its_evidence(book, tmp_path):
     assert "Nobody has the numbers, recordings or files of a class-mate" in text(book)  # nothing is written yet
 
 
-def test_what_waits_and_what_each_scorer_has_read_is_counted(book):
+def test_what_each_scorer_has_read_is_counted_also_if_it_was_taken_back(book):
     mine = ("2.11", "explanation")
-    record(book, graded("ada"), graded("bob"), graded("eve"))
-    for student in ("ada", "bob"):
-        given = book.scores.give(student, mine, 1.0, "tia", level=4)
-    book.scores.undo(given.number, "tia")
+    record(book, graded("ada"), graded("bob"))
+    given = [book.scores.give(student, mine, 1.0, "tia", level=4) for student in ("ada", "bob")]
+    book.scores.undo(given[1].number, "tia")
     book.scores.give("ada", mine, 0.5, "udo", level=2)
-    found = overview.waiting(book.scores.answers(), book.scores.acts(), ["2.11"])
-    waits = {one.where: ([answer.student for answer in one.answers], one.of) for one in found["waiting"]}
-    assert waits[mine] == (["bob", "eve"], 3)
-    assert found["scorers"] == [("tia", 2), ("udo", 1)]
+    read = table(overview.class_overview(book, OURS), "Scoring")
+    assert read == {"tia": {"Answers": "2"}, "udo": {"Answers": "1"}}
 
 
 # --- feedback that was given back -------------------------------------------------------------------------------------
 
 
 def changed(book):
-    last = book.publications()[-1]
-    return [(one.student, one.part) for one in changes.changed_since(book.audit(), [last], OURS, book.excuses)]
+    return [(one.student, one.part) for one in changes.changed_in(book, OURS)]
 
 
 def test_marks_that_changed_since_are_listed_with_both_points(book):

@@ -7,6 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from made_courses import OURS
+
+from labcourse.grading.accounts import account_of
+from labcourse.grading.assignments import Handed
 from labcourse.grading.gradebook import Gradebook, Graded, RunRecord, StudentRecord
 from labcourse.grading.graded_run import facts_as_json
 from labcourse.grading.marks import Mark
@@ -46,10 +50,11 @@ def result(
     *marks: Mark, student: str = "ada", about: Sequence[str] = (), lapsed: Sequence[Any] = (), **more: Any
 ) -> Result:
     """What came out for a student with these marks: name, email and section in ``about``; more of the run or result."""
-    of_result = {name: more.pop(name) for name in ("comments", "account") if name in more}
-    one = more.pop("run", None) or graded(student, **more).run
-    made = graded(student, *marks)
-    return Result(replace(made, run=one, lapsed=tuple(lapsed)), StudentRecord(student, *about), **of_result)
+    comments, account, run = (more.pop(name, None) for name in ("comments", "account", "run"))
+    made, record = graded(student, *marks), StudentRecord(student, *about)
+    made = replace(made, run=run or graded(student, **more).run, lapsed=tuple(lapsed))
+    account = account or account_of(OURS, Handed(record, made.marks, graded=made))
+    return Result(made, record, account, comments or ())
 
 
 def record(book: Gradebook, *runs: Graded) -> None:

@@ -21,10 +21,10 @@ from made_courses import OURS
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.overview import as_page, class_overview
 from labcourse.grading.scoring.desk import Desk
-from labcourse.grading.scoring.guards import TOKEN_HEADER, Scorer, while_it_runs
+from labcourse.grading.scoring.guards import TOKEN_HEADER, Scorer, Site, while_it_runs
 from labcourse.grading.scoring.rubric import RubricItem
 from labcourse.grading.scoring.server import application
-from labcourse.grading.scoring.site import Site, on_loopback
+from labcourse.grading.scoring.start import on_loopback
 from labcourse.grading.settings import LevelSettings
 from labcourse.student_id import GRADEBOOK_FILE
 from rotflex.course.questions import CATALOGUE
@@ -34,15 +34,14 @@ COMPARED = ("2.16", "comparison")  #: 2 points
 LEVELS = LevelSettings()
 RUBRIC = {
     WORDS: RubricItem(
-        WORDS,
-        "Says why the measured peak is not where the formula has it.",
-        {
-            4: "Names the cause, says in which direction it moves the peak, and shows it in the own recording.",
-            3: "Names the cause and the direction.",
-            2: "Names the cause only.",
-            1: "Names none, or one that cannot be.",
-        },
-        ("In which direction does it move the peak?", "Show it in your own recording."),
+        **{
+            "look_for": "Says why the measured peak is not where the formula has it.",
+            "4": "Names the cause, says in which direction it moves the peak, and shows it in the own recording.",
+            "3": "Names the cause and the direction.",
+            "2": "Names the cause only.",
+            "1": "Names none, or one that cannot be.",
+            "remarks": ("In which direction does it move the peak?", "Show it in your own recording."),
+        }
     )
 }
 #: No two nearly the same.

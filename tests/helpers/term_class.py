@@ -39,6 +39,7 @@ from labcourse.grading import course as courses
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.release import student_course
 from labcourse.grading.running import isolation_report, runner
+from labcourse.grading.todo import todo
 from labcourse.sentences import sentence
 
 CANVAS = "Student,ID,SIS User ID,SIS Login ID,Section,Lab A (11),Lab B (12),04 report (13)\r\n"
@@ -212,7 +213,7 @@ class TermClass:
     def to_do(self) -> dict[str, tuple[set[str], Fraction | None]]:
         """What the class page says first: a task → its students, and the points at stake."""
         with Gradebook(self.marks / "gradebook.sqlite") as book:
-            tasks = overview.class_overview(book, courses.load(self.solutions), self.marks)["todo"]
+            tasks = todo(overview.class_overview(book, courses.load(self.solutions), self.marks).of)
         return {sentence(task.what): ({*task.who}, task.worth) for task in tasks}
 
     def exported(self, platform: str, title: str) -> dict[str, str]:

@@ -132,4 +132,4 @@ def test_names_of_gradings_own_files_are_reserved_and_errors_are_those_that_call
     assert issubclass(StudentIDError, ConfigurationError) and issubclass(StudentIDError, CourseError)
     with pytest.raises(GradebookError, match="dot"):
         storable.student(".ada")
-    assert kept("hints.md") is None
+    assert kept("hints.md") is None and kept("hints.json") is None

@@ -133,7 +133,7 @@ def test_nothing_outside_has_changed(graded):
 
 def test_only_students_have_a_place_among_the_results(graded):
     ours = {"grades.csv", "gradebook.sqlite", "earlier.json"}
-    assert {path.name for path in graded.out.iterdir()} - {"hints.md", "intake.csv"} == {
+    assert {path.name for path in graded.out.iterdir()} - {"hints.md", "hints.json", "intake.csv"} == {
         *graded.attacks,
         *HONEST,
         *ours,

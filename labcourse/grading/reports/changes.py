@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cache
@@ -11,7 +10,7 @@ from typing import Any, NamedTuple
 
 from labcourse.grading.accounts import points
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkState, Publication
+from labcourse.grading.gradebook import AuditRecord, Gradebook, Graded, MarkState
 from labcourse.grading.gradebook.store import NO_LONGER
 from labcourse.grading.graded_run import is_failed
 from labcourse.grading.marks import UNDECIDED, Mark, Status
@@ -45,11 +44,11 @@ class Changes:
     def __str__(self) -> str:
         """Return a line for the student, and one for each part."""
         head = f"{points(self.before)} → {points(self.after)} of {points(self.out_of)} points; {self.why}"
-        lines = [
-            f"    {', '.join(where)}: {_in_words(before)} → {_in_words(after)}. {_reason_of(after)}"
-            for where, before, after in self.parts
-        ]
-        return "\n".join([f"{self.student}: {head}", *lines])
+        lines = [f"{self.student}: {head}"]
+        for where, before, after in self.parts:
+            reason = sentence(after.reason) if after else ""
+            lines.append(f"    {', '.join(where)}: {_in_words(before)} → {_in_words(after)}. {reason}")
+        return "\n".join(lines)
 
     def as_data(self) -> dict[str, Any]:
         """Return the same as plain data."""
@@ -61,16 +60,11 @@ class Changes:
         return {"student": self.student, **sums, "why": self.why, "changes": changed}
 
 
-def _reason_of(mark: Mark | None) -> str:
-    return "" if mark is None else sentence(mark.reason)
-
-
 def _in_words(mark: Mark | None) -> str:
     if mark is None:
         return "no mark"
-    if mark.status in UNDECIDED:
-        return f"not decided, of {points(mark.out_of)} ({mark.status})"
-    return f"{points(mark.points)} of {points(mark.out_of)} ({mark.status})"
+    earned = "not decided," if mark.status in UNDECIDED else points(mark.points)
+    return f"{earned} of {points(mark.out_of)} ({mark.status})"
 
 
 def _as_json(mark: Mark | None) -> dict[str, Any] | None:
@@ -135,39 +129,21 @@ class ChangedMark(NamedTuple):
 
 
 def changed_in(book: Gradebook, course: Course, since_first: bool = False) -> list[ChangedMark]:
-    """Find the marks in a gradebook that have changed since feedback was given back; see :func:`changed_since`.
+    """Find marks with other points than were given back, or that were decided since.
+
+    What students are excused from now is left out.
 
     Parameters
     ----------
     book, course : the class
     since_first : compare with what was given back first, and not with what was given back last
     """
-    publications = book.publications()
-    trail = book.audit(since=publications[0].when) if publications else []
-    return changed_since(trail, publications[::-1] if since_first else publications, course, book.excuses)
-
-
-def changed_since(
-    trail: Iterable[AuditRecord],
-    publications: Sequence[Publication],
-    course: Course,
-    excuses: Callable[[str], Collection[str]],
-) -> list[ChangedMark]:
-    """Find marks with other points than were given back, or that were decided since.
-
-    Parameters
-    ----------
-    trail : the changes of marks, in order
-    publications : when feedback was given back, and of which notebooks; the last one here that has a notebook counts
-    course : with its questions
-    excuses : ID of a student → notebooks, without ending, from which they are excused now
-    """
-    excuses_of = cache(excuses)
+    publications, excuses_of = book.publications(), cache(book.excuses)
     entries: dict[tuple[str, str, str], list[AuditRecord]] = defaultdict(list)
-    for entry in trail:
+    for entry in book.audit(since=publications[0].when) if publications else ():
         notebook = course.notebook_of(entry.question)
-        back = [one for one in publications if not one.notebooks or notebook in one.notebooks]
-        if back and entry.when > back[-1].when and notebook not in excuses_of(entry.student):
+        back = [one.when for one in publications if not one.notebooks or notebook in one.notebooks]
+        if back and entry.when > back[0 if since_first else -1] and notebook not in excuses_of(entry.student):
             entries[entry.student, entry.question, entry.part].append(entry)
     changes = [
         ChangedMark(*where, those[0].before, those[-1].after, those[-1].reason, those[-1].when)

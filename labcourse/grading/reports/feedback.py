@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from functools import partial
 from itertools import groupby
 from typing import Any
 
@@ -15,15 +14,13 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.json_values import clean
 from labcourse.answers.parts import WHOLE, Question
 from labcourse.errors import AnswerError
-from labcourse.grading.accounts import in_full, points, worth
 from labcourse.grading.assignments import State, Work
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import RunRecord
 from labcourse.grading.graded_run import answers_of
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports import drawn_figure, markdown
-from labcourse.grading.reports.changes import state_text
-from labcourse.grading.reports.result import Result, lapse, request_text, state_of, sums
+from labcourse.grading.reports.result import Result, sums
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import FeedbackSettings
 from labcourse.sentences import sentence
@@ -44,7 +41,7 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
         complete, whatever students see, and has a link at each answer. It must not be written to a file.
     """
     seen, account = FeedbackSettings() if answer_link else course.settings.feedback, result.account
-    grades = [one for one in account.assignments if one.title] if account else []
+    grades = [one for one in account.assignments if one.title]
     works = {work.notebook: work for one in grades for work in one.works}
     blank = {name for name, work in works.items() if work.is_blank and not answer_link}
     questions = [one for one in shown_questions(result, course.catalogue) if one["question"].notebook not in blank]
@@ -62,10 +59,9 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
         "course": " · ".join(filter(None, (course.title, course.settings.term))),
         "undecided": UNDECIDED,
         "answer_link": answer_link,
+        "anchor": anchor,
     }
-    helpers: dict[str, Any] = {one.__name__: one for one in (points, worth, sums, request_text, lapse, in_full)}
-    helpers |= {"state_of": state_of, "state_text": state_text, "anchor": anchor}
-    return templates().get_template("feedback.html").render(**context, **helpers) + "\n"
+    return templates().get_template("feedback.html").render(**context) + "\n"
 
 
 def _look_again(
@@ -165,7 +161,11 @@ def predictions_of(run: RunRecord, catalogue: Catalogue) -> dict[str, tuple[list
     """
     content = answers_of(run)
     stored = content.get(reflection.SECTION, {})
-    find = partial(_answer, content.get("answers", {}), catalogue)
+    given = content.get("answers", {})
+
+    def find(question: str, part: str) -> Any:
+        return forms.decode(catalogue.everything[question].part(part), given.get(question, {}).get(part))
+
     predicted = {}
     for number, predictable in catalogue.predictions.items() if content else ():
         about = stored.get(number, {})
@@ -177,8 +177,3 @@ def predictions_of(run: RunRecord, catalogue: Catalogue) -> dict[str, tuple[list
         if lines or why:
             predicted[number] = (lines, why)
     return predicted
-
-
-def _answer(given: Mapping[str, Any], catalogue: Catalogue, question: str, part: str) -> Any:
-    """Return an answer of the run. Raises AnswerError if there is none, or it cannot be read."""
-    return forms.decode(catalogue.everything[question].part(part), given.get(question, {}).get(part))

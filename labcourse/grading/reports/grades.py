@@ -1,7 +1,8 @@
 """Write everybody's marks from the gradebook and its roster, whatever was graded just now.
 
 ``grades.csv`` has a row for each student (its columns: :func:`grades_table`); each student of whom something was graded
-has ``marks.json`` and ``feedback.html`` in a folder of their own. ``hints.md`` exists if there are hints.
+has ``marks.json`` and ``feedback.html`` in a folder of their own. ``hints.md`` and ``hints.json`` exist if there are
+hints.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import json
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -26,7 +27,7 @@ from labcourse.grading.reports import feedback, hints
 from labcourse.grading.reports.changes import ChangedMark, changed_in
 from labcourse.grading.reports.result import Result, account_in, lapse, request_text, result_in, state_of, sums
 from labcourse.messages import DISK_FULL, FREE_SPACE
-from labcourse.safe_text import as_csv, no_escapes
+from labcourse.safe_text import as_csv
 from labcourse.sentences import sentence, sentences
 from labcourse.student_id import GRADES_FILE, HINTS_FILE, caseless
 
@@ -67,21 +68,19 @@ def make_folder(out: Path) -> None:
         raise GradingError(f"There can be no results in {out}: {error.strerror}.") from None
 
 
-class Reports:
+@dataclass
+class Reports(AbstractContextManager["Reports"]):
     """The folder of results.
 
     At the end of a ``with`` block everybody's reports are written, also if an error or an interrupt ends it.
 
-    Parameters
+    Attributes
     ----------
     out : the folder; made if needed
     course : the course
     book : what the reports are made from
     handed_in : students who handed in something, besides those of whom the gradebook knows it
     publication : that is being made, and is not in the gradebook yet
-
-    Attributes
-    ----------
     without_page : IDs of the students who have no page, as nothing of theirs was graded; after :meth:`write_all`
 
     Raises
@@ -90,47 +89,40 @@ class Reports:
         If the folder cannot be made.
     """
 
-    def __init__(
-        self,
-        out: Path,
-        course: Course,
-        book: Gradebook,
-        handed_in: Collection[str] = (),
-        publication: Publication | None = None,
-    ) -> None:
-        make_folder(out)
-        self._publication = publication
+    out: Path
+    course: Course
+    book: Gradebook
+    handed_in: Collection[str] = ()
+    publication: Publication | None = None
+
+    def __post_init__(self) -> None:
+        make_folder(self.out)
         self.without_page: list[str] = []
-        self._out, self._course, self._book, self._handed_in = out, course, book, handed_in
         self._failures: dict[Path, OSError] = {}
         self._hints: list[hints.Hint] = []
-
-    def __enter__(self) -> Reports:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.write_all()
 
     def notices(self) -> Iterator[str]:
         """Yield what an instructor should know after :meth:`write_all`: pages that are closed, unknown names, hints."""
-        settings = self._course.settings
+        settings = self.course.settings
         if not settings.feedback.is_open(clock.now()):
             yield (
                 f"Feedback pages say that they open at {settings.feedback.opens:%Y-%m-%d %H:%M %Z} (course.toml); then "
                 f"say {program.name()} report."
             )
         if settings.dues or settings.extensions:
-            in_deadlines, in_extensions = unknown_names(settings, self._book.students())
             text = "course.toml names these in {}, and the gradebook does not have them: {}. Nobody has {} by them."
-            if in_deadlines:
-                yield text.format("deadlines", ", ".join(map(repr, in_deadlines)), "a deadline")
-            if in_extensions:
-                yield text.format("extensions", ", ".join(map(repr, in_extensions)), "more time")
-        for about, count in Counter(hint.about for hint in self._hints).items():
-            yield f"{about}, as a hint and never a verdict: {count}, listed in {self._out / HINTS_FILE}."
+            tables = (("deadlines", "a deadline"), ("extensions", "more time"))
+            for (table, what), names in zip(tables, unknown_names(settings, self.book.students()), strict=True):
+                if names:
+                    yield text.format(table, ", ".join(map(repr, names)), what)
+        for sort, count in Counter(hint.sort for hint in self._hints).items():
+            yield f"{sort}, as a hint and never a verdict: {count}, listed in {self.out / HINTS_FILE}."
 
     def write_all(self) -> int:
-        """Write everybody's pages, ``grades.csv`` and ``hints.md``.
+        """Write everybody's pages, ``grades.csv``, and the hints.
 
         Returns
         -------
@@ -143,61 +135,53 @@ class Reports:
             If some file cannot be written; all others are written.
         """
         self._failures.clear()
-        handed_in = set(map(caseless, [*self._handed_in, *self._book.handed_in()]))
-        students = [*map(StudentRecord, self._handed_in), *self._book.students()]
+        handed_in = set(map(caseless, [*self.handed_in, *self.book.handed_in()]))
+        students = [*map(StudentRecord, self.handed_in), *self.book.students()]
         everybody = {caseless(one.student): one for one in students}
         rows: list[Result | NotGraded] = []
-        new = [] if self._publication is None else [self._publication]
-        back = given_back([*self._book.publications(), *new])
+        new = [] if self.publication is None else [self.publication]
+        back = given_back([*self.book.publications(), *new])
         moved = defaultdict[str, list[ChangedMark]](list)
-        for change in changed_in(self._book, self._course, since_first=True):
+        for change in changed_in(self.book, self.course, since_first=True):
             moved[caseless(change.student)] += [change] if change.before is not None else []
-        gather, works = hints.works(self._book, self._course), list[hints.ComparedWork]()
+        gather, works = hints.works(self.book, self.course), list[hints.ComparedWork]()
         for name, about in sorted(everybody.items()):
-            graded = self._book.current(about.student)
+            graded = self.book.current(about.student)
             if graded is None:
-                rows.append(NotGraded(about, account_in(self._book, self._course, None, about)))
+                rows.append(NotGraded(about, account_in(self.book, self.course, None, about)))
             else:
                 rows.append(self._write_pages(graded, about, back, moved[name]))
                 works.append(gather(graded))
         self.without_page = [row.about.student for row in rows if isinstance(row, NotGraded)]
-        self._write_hints(works)
+        self._hints = hints.compared(works, self.course)
+        for name, content in hints.as_files(self._hints).items():
+            self._write(self.out / name, content if self._hints else None)
         if rows:
-            with self._file(self._out / GRADES_FILE) as path:
-                files.write(path, grades_table(rows, handed_in, self._course.key))
+            self._write(self.out / GRADES_FILE, grades_table(rows, handed_in, self.course.key))
         if self._failures:
             raise _not_written(self._failures)
         return sum(isinstance(row, Result) for row in rows)
-
-    def _write_hints(self, works: Sequence[hints.ComparedWork]) -> None:
-        self._hints = hints.compared(works, self._course)
-        with self._file(self._out / HINTS_FILE) as path:
-            if self._hints:
-                files.write(path, no_escapes(hints.as_markdown(self._hints)))
-            else:
-                path.unlink(missing_ok=True)
 
     def _write_pages(
         self, graded: Graded, about: StudentRecord, back: frozenset[str] | None, moved: Sequence[ChangedMark]
     ) -> Result:
         """Write a student's files, with what was given back (None for all), and moved; return what came out."""
-        result = result_in(self._book, self._course, graded, about)
-        shown = replace(result.given_back(self._course, back), changes=moved)
-        pages = {
-            MARKS_FILE: json.dumps(_as_json(shown), indent=1, sort_keys=True, default=datetime.isoformat) + "\n",
-            FEEDBACK_FILE: feedback.page(shown, self._course),
-        }
-        for name, content in pages.items():
-            with self._file(self._out / result.about.student / name) as path:
-                path.parent.mkdir(exist_ok=True)
-                files.write(path, content)
+        result = result_in(self.book, self.course, graded, about)
+        shown = replace(result.given_back(self.course, back), changes=moved)
+        folder = self.out / about.student
+        data = json.dumps(_as_json(shown), indent=1, sort_keys=True, default=datetime.isoformat)
+        self._write(folder / MARKS_FILE, f"{data}\n")
+        self._write(folder / FEEDBACK_FILE, feedback.page(shown, self.course))
         return replace(result, graded=graded.without_answers())
 
-    @contextmanager
-    def _file(self, path: Path) -> Iterator[Path]:
-        """Remember if a file cannot be written, and go on."""
+    def _write(self, path: Path, content: str | None) -> None:
+        """Write a file, or delete it if there is nothing to write; if that fails, remember it and go on."""
         try:
-            yield path
+            if content is None:
+                path.unlink(missing_ok=True)
+            else:
+                path.parent.mkdir(exist_ok=True)
+                files.write(path, content)
         except OSError as error:
             self._failures[path] = error
 
@@ -221,8 +205,8 @@ def _as_json(result: Result) -> dict[str, Any]:
         **{"out_of": sums.out_of, "awaiting": sums.awaiting, "not_marked": sums.not_marked},
         "software": f"labcourse {labcourse.__version__}",
         "marks": [{**vars(mark), "reason": sentence(mark.reason)} for mark in result.marks],
-        "total": result.total if graded else None,
-        "account": result.account.as_data() if result.account and graded else None,
+        "total": (sums.earned or 0.0) if graded else None,
+        "account": result.account.as_data() if graded else None,
         "lapsed": list(map(lapse, result.graded.lapsed)),
         "comments": [
             {"question": one.question, "part": one.part, "text": one.text, "by": one.actor, "when": one.when}
@@ -266,21 +250,19 @@ def grades_table(
     marks = [mark for row in rows if isinstance(row, Result) for mark in row.marks if mark.out_of]
     marked = dict.fromkeys(mark.question for mark in marks)
     questions = [*(number for number in order if number in marked), *(one for one in marked if one not in order)]
-    known = next((row.account for row in rows if row.account), None)
-    titles = [one.title for one in (known.assignments if known else ()) if one.title]
+    titles = [one.title for one in (rows[0].account.assignments if rows else ()) if one.title]
     assignments = [heading for title in titles for heading in (title, f"{title} out of", f"{title} state")]
     heads = ["student", "name", "email", "section", *assignments, *_SO_FAR, *questions, *_TOTALS, "notes"]
     lines = []
     for row in rows:
-        about, account = row.about, row.account
+        about = row.about
         cells = [""] * len([*questions, *_TOTALS])
         notes = NOT_GRADED_YET if caseless(about.student) in handed_in else NOTHING_HANDED_IN
         if isinstance(row, Result):
             requests = [f"{one.question}, {one.part}: {request_text(one)}" for one in row.requests]
             run, cells, lapsed = row.run, _points(row, questions), map(lapse, row.graded.lapsed)
             notes = " ".join([*sentences(run.problems), *lapsed, *requests, *sentences(run.notes), run.isolation])
-        grades = _grades(account) if account else [""] * len([*assignments, *_SO_FAR])
-        lines.append([about.student, about.name, about.email, about.section, *grades, *cells, notes])
+        lines.append([about.student, about.name, about.email, about.section, *_grades(row.account), *cells, notes])
     return as_csv([heads, *lines])
 
 
@@ -298,10 +280,9 @@ def _grades(account: Account) -> list[str]:
 
 def _points(row: Result, questions: Sequence[str]) -> list[str]:
     """Return the cells of a student between how it counts and the notes."""
-    grades = () if row.account is None else row.account.assignments
     empty = {
         (item.question, item.part)
-        for one in grades
+        for one in row.account.assignments
         for item in one.all_items
         if item.points is None or one.is_empty or one.is_excused
     }
@@ -310,9 +291,7 @@ def _points(row: Result, questions: Sequence[str]) -> list[str]:
     whole = row.sums
     return [
         *("" if one.earned is None else points(one.earned) for one in decided),
-        points(row.total) if whole.earned is not None or not whole.out_of else "",
-        points(whole.out_of),
-        points(whole.awaiting),
-        points(whole.not_marked),
+        points(whole.earned or 0.0) if whole.earned is not None or not whole.out_of else "",
+        *map(points, (whole.out_of, whole.awaiting, whole.not_marked)),
         "; ".join(f"{mark.question} {mark.part}" for mark in row.undecided()),
     ]

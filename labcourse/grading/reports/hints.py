@@ -2,6 +2,9 @@
 
 Three things are compared: wrong numbers that fit a class-mate's bench, recordings with equal samples, and equal files.
 Students who hand in together share a bench and are not compared with each other. Code and words are not compared.
+
+To compare a class takes time: all answers and files are read. So hints are stored as data, in ``hints.json``, for pages
+that show them. ``hints.md`` beside it is for instructors, and nothing reads it.
 """
 
 from __future__ import annotations
@@ -16,9 +19,12 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
+from labcourse import program
 from labcourse.answers import answers
 from labcourse.benches import OWN, REAL
-from labcourse.errors import AnswerError
+from labcourse.errors import AnswerError, GradingError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded
@@ -28,22 +34,22 @@ from labcourse.grading.reports.templating import templates
 from labcourse.grading.verdicts import Key, OwnBench
 from labcourse.messages import plural
 from labcourse.problems import Where
-from labcourse.student_id import caseless
+from labcourse.safe_text import no_escapes
+from labcourse.student_id import HINTS_DATA_FILE, HINTS_FILE, caseless
 
 DIGITS = 3  #: a number with no more significant digits may be equal to a class-mate's by chance
 FEWEST_TOGETHER = 2  #: wrong numbers that have to fit another bench, where none is a hint by itself
 MOST_MATES = 2  #: class-mates whom a number may fit and still be a hint
 MOST_ALIKE = 5  #: students or groups who may have an equal file; more probably got it from the instructor
-_KIND, _BENCH = "recording", "bench"  # kind of an answer, and the metadata that any measured recording has
-_NOTEBOOK = ".ipynb"
-_DECIDED = (Status.RIGHT, Status.WRONG)
 
 
 class Likeness(StrEnum):
     """What is the same."""
 
-    NUMBERS = "Answers that fit a class-mate's bench"
-    MEASURED = "Measurements that several handed in"
+    RIGHT_ELSEWHERE = "right_elsewhere"
+    FITS_BENCH = "fits_bench"
+    RECORDINGS = "recordings"
+    FILES = "files"
 
 
 @dataclass(frozen=True)
@@ -52,14 +58,42 @@ class Hint:
 
     Attributes
     ----------
-    students : their IDs
-    about : what is the same
-    evidence : a sentence for instructors, which names the students
+    kind : what is the same
+    students : their IDs; of numbers, the student who gave them and the class-mate whom they fit
+    names : of the answers, recordings or files that are the same
+    values : the numbers, one for each name; none of recordings and files
     """
 
+    kind: Likeness
     students: tuple[str, ...]
-    about: Likeness
-    evidence: str
+    names: tuple[str, ...]
+    values: tuple[float, ...] = ()
+
+    @property
+    def sort(self) -> str:
+        """The sort of likeness, by which hints are counted."""
+        return "Answers that fit a class-mate's bench" if self.values else "Measurements that several handed in"
+
+    @property
+    def evidence(self) -> str:
+        """A sentence for instructors, which names the students."""
+        first, last, everybody = self.students[0], self.students[-1], ", ".join(self.students)
+        numbers = ", ".join(f"{name} = {value:g}" for name, value in zip(self.names, self.values, strict=False))
+        match self.kind:
+            case Likeness.RIGHT_ELSEWHERE:
+                return f"{first}: {numbers} is wrong on their own bench, and the right answer of {last}."
+            case Likeness.FITS_BENCH:
+                return f"{first}: {numbers} fit the bench of {last} together, and not their own."
+            case Likeness.RECORDINGS:
+                names = ", ".join(self.names)
+                return f"{everybody} have the same samples in {names}, though each has a bench of their own."
+            case Likeness.FILES:
+                count = plural(len(self.names), "1 file", "{count} files")
+                others = " and others" if self.names[1:] else ""
+                return f"{everybody} handed in the same {count}: {self.names[0]}{others}."
+
+
+_STORED = TypeAdapter(list[Hint])
 
 
 @dataclass(frozen=True)
@@ -96,6 +130,7 @@ def works(book: Gradebook, course: Course) -> Callable[[Graded], ComparedWork]:
     handed_out = frozenset(digest(path.read_bytes()) for path in given if path.is_file())
 
     def work(graded: Graded) -> ComparedWork:
+        # Notebooks that were not changed are equal.
         delivered = {file.name: file.content for file in book.delivered(graded.run.student, notebooks=False)}
         return replace(handed_in(graded, delivered, handed_out), **measured(graded, course))
 
@@ -113,23 +148,29 @@ def by_students(hints: Iterable[Hint]) -> dict[tuple[str, ...], list[Hint]]:
     groups: dict[tuple[str, ...], list[Hint]] = defaultdict(list)
     for hint in hints:
         groups[tuple(sorted(hint.students, key=caseless))].append(hint)
-    return dict(sorted(groups.items(), key=lambda group: (-len({hint.about for hint in group[1]}), group[0])))
+    return dict(sorted(groups.items(), key=lambda group: (-len({hint.sort for hint in group[1]}), group[0])))
 
 
-def as_markdown(hints: Iterable[Hint]) -> str:
-    """Write the text of ``hints.md``."""
-    return templates().get_template("hints.md").render(groups=by_students(hints))
+def as_files(hints: Sequence[Hint]) -> dict[str, str]:
+    """Return name → content of the files in the folder of results: the page, and the data that :func:`read` reads."""
+    page = templates().get_template("hints.md").render(groups=by_students(hints))
+    data = json.dumps(_STORED.dump_python([*hints], mode="json"), indent=1)
+    return {HINTS_FILE: no_escapes(page), HINTS_DATA_FILE: f"{data}\n"}
 
 
-def read(path: Path) -> dict[tuple[str, ...], list[str]]:
-    """Return students → evidence, as ``hints.md`` has them; nothing without the file."""
-    found: dict[tuple[str, ...], list[str]] = {}
-    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
-        if line.startswith("## "):
-            found[tuple(line.removeprefix("## ").split(", "))] = []
-        elif line.startswith("* ") and found:
-            found[next(reversed(found))].append(line.removeprefix("* "))
-    return found
+def read(folder: Path) -> list[Hint]:
+    """Read the hints in a folder of results; none if none were written.
+
+    Raises
+    ------
+    GradingError
+        If the file cannot be read.
+    """
+    path = folder / HINTS_DATA_FILE
+    try:
+        return _STORED.validate_json(path.read_bytes()) if path.exists() else []
+    except (OSError, ValueError):
+        raise GradingError(f"{path} cannot be read: delete it; {program.name()} report writes it anew.") from None
 
 
 # --- numbers that fit a class-mate's bench ----------------------------------------------------------------------------
@@ -155,7 +196,8 @@ def measured(graded: Graded, course: Course) -> dict[str, Any]:
     except Exception:  # a fault of the course's own code, or an unknown bench: a hint is not worth losing a report
         return {}
     status = {mark.where: mark.status for mark in graded.marks}
-    right, wrong = (frozenset(where for where in given if status.get(where) == one) for one in _DECIDED)
+    right = frozenset(where for where in given if status.get(where) == Status.RIGHT)
+    wrong = frozenset(where for where in given if status.get(where) == Status.WRONG)
     return {"bench": expected, "given": given, "right": right, "wrong": wrong}
 
 
@@ -174,9 +216,9 @@ def fitting_numbers(everybody: Sequence[ComparedWork], parts: Mapping[Where, Own
     parts : from :func:`measured_parts`
     """
     return [
-        Hint((student.student, mate.student), Likeness.NUMBERS, f"{student.student}: {what.format(mate.student)}.")
+        Hint(kind, (student.student, mate.student), tuple(map(" ".join, numbers)), tuple(numbers.values()))
         for student in everybody
-        for what, mates in _fitting(student, everybody, parts)
+        for kind, numbers, mates in _fitting(student, everybody, parts)
         if len(mates) <= MOST_MATES
         for mate in mates
     ]
@@ -184,21 +226,16 @@ def fitting_numbers(everybody: Sequence[ComparedWork], parts: Mapping[Where, Own
 
 def _fitting(
     student: ComparedWork, everybody: Sequence[ComparedWork], parts: Mapping[Where, OwnBench]
-) -> Iterator[tuple[str, list[ComparedWork]]]:
-    """Yield what of a student's numbers fits class-mates, and whom; ``{}`` stands for a class-mate's ID."""
+) -> Iterator[tuple[Likeness, Mapping[Where, float], list[ComparedWork]]]:
+    """Yield which of a student's numbers fit class-mates, and whom."""
     others = [mate for mate in everybody if mate.bench and mate.bench != student.bench]
     for where in sorted(where for where in student.wrong if parts[where].is_discriminating):
         value = student.given[where]
         if value != float(f"{value:.{DIGITS}g}"):
             mates = [mate for mate in others if where in mate.right and mate.given[where] == value]
-            yield f"{_numbers({where: value})} is wrong on their own bench, and the right answer of {{}}", mates
+            yield Likeness.RIGHT_ELSEWHERE, {where: value}, mates
     if len(student.wrong) >= FEWEST_TOGETHER and not _fits(student, student, parts):
-        mates = [mate for mate in others if _fits(student, mate, parts)]
-        yield f"{_numbers(student.given)} fit the bench of {{}} together, and not their own", mates
-
-
-def _numbers(given: Mapping[Where, float]) -> str:
-    return ", ".join(f"{question} {part} = {value:g}" for (question, part), value in given.items())
+        yield Likeness.FITS_BENCH, student.given, [mate for mate in others if _fits(student, mate, parts)]
 
 
 def _fits(student: ComparedWork, mate: ComparedWork, parts: Mapping[Where, OwnBench]) -> bool:
@@ -221,7 +258,7 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     Parameters
     ----------
     graded : the run that counts
-    delivered : name → content of what was handed in last
+    delivered : name → content of what was handed in last, but notebooks
     handed_out : digests (:func:`digest`) of files that all students were given
     """
     submission = submission_of(graded.run)
@@ -232,8 +269,7 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     files = {
         digest(content): name
         for name, content in sorted(delivered.items())
-        # Notebooks that were not changed are equal, and so are the files that the course itself makes.
-        if content and not name.endswith(_NOTEBOOK) and name not in (ANSWERS_FILE, COURSE_FILE)
+        if content and name not in (ANSWERS_FILE, COURSE_FILE)  # which the course itself makes
     }
     own = {known: name for known, name in files.items() if known not in handed_out}
     group = caseless(submission.bench_of)
@@ -252,7 +288,7 @@ def _recordings(content: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str,
     """Yield digest and place of each measured recording in answers. They are untrusted."""
     for question, parts in content.items():
         for part, answer in parts.items():
-            if isinstance(answer, Mapping) and answer.get("kind") == _KIND and (samples := _samples(answer)):
+            if answer.get("kind") == "recording" and (samples := _samples(answer)):
                 yield digest(samples), f"{question} {part}"
 
 
@@ -260,7 +296,7 @@ def _samples(content: Mapping[str, Any]) -> bytes:
     """Return what equal recordings have in common; empty where nothing was measured, or nothing moved."""
     try:
         values = {name: channel["values"] for name, channel in content["channels"].items()}
-        is_of_bench = isinstance(content["metadata"][_BENCH], Mapping)
+        is_of_bench = isinstance(content["metadata"]["bench"], Mapping)  # as of all that is measured
         moves = any(len(set(samples)) > 1 for samples in values.values())
     except (AttributeError, KeyError, TypeError):
         return b""
@@ -274,41 +310,31 @@ def digest(content: bytes) -> str:
 
 def equal_recordings(everybody: Sequence[ComparedWork]) -> list[Hint]:
     """Find students, of different groups, with recordings of equal samples."""
-    text = "{} have the same samples in {}, though each has a bench of their own."
-    same = _shared(everybody, [student.recordings for student in everybody], len(everybody))
-    return [Hint(who, Likeness.MEASURED, text.format(", ".join(who), ", ".join(names))) for who, names in same.items()]
+    return _shared(Likeness.RECORDINGS, [(one, one.recordings) for one in everybody], len(everybody))
 
 
 def equal_files(everybody: Sequence[ComparedWork]) -> list[Hint]:
     """Find students, of different groups, with equal files."""
-    text = "{} handed in the same {}: {}."
-    same = _shared(everybody, [student.files for student in everybody], MOST_ALIKE)
-    return [Hint(who, Likeness.MEASURED, text.format(", ".join(who), *_counted(names))) for who, names in same.items()]
+    return _shared(Likeness.FILES, [(one, one.files) for one in everybody], MOST_ALIKE)
 
 
-def _shared(
-    everybody: Iterable[ComparedWork], named: Iterable[Mapping[str, str]], most: int
-) -> dict[tuple[str, ...], list[str]]:
-    """Return students of different groups, at most so many, and the names of what all of them have.
+def _shared(kind: Likeness, having: Iterable[tuple[ComparedWork, Mapping[str, str]]], most: int) -> list[Hint]:
+    """Return a hint for students of different groups, with the names of all that they have in common.
 
     Parameters
     ----------
-    everybody : of the class
-    named : of each of them, digest → name
-    most : groups
+    kind : of the hints
+    having : each student, with digest → name of what they have
+    most : groups that may have the same
     """
-    owners: dict[str, list[ComparedWork]] = defaultdict(list)
+    owners = defaultdict[str, list[ComparedWork]](list)
     names: dict[str, str] = {}
-    for student, theirs in zip(everybody, named, strict=True):
+    for student, theirs in having:
         for known, name in theirs.items():
             owners[known].append(student)
             names.setdefault(known, name)
-    shared: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    shared = defaultdict[tuple[str, ...], list[str]](list)
     for known, those in owners.items():
         if 1 < len({student.group for student in those}) <= most:
             shared[tuple(student.student for student in those)].append(names[known])
-    return shared
-
-
-def _counted(files: Sequence[str]) -> tuple[str, str]:
-    return plural(len(files), "1 file", "{count} files"), files[0] + (" and others" if files[1:] else "")
+    return [Hint(kind, students, tuple(same)) for students, same in shared.items()]

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import sys
+from abc import ABC
+from contextlib import AbstractContextManager
 
 from labcourse import program
 from labcourse.grading.accounts import points
+from labcourse.grading.gradebook import Graded
 from labcourse.grading.reports.changes import HANDED_IN_AGAIN, Changes
-from labcourse.grading.reports.result import Result, lapse
+from labcourse.grading.reports.result import lapse, sums
 from labcourse.problems import Reason
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentences
@@ -16,7 +19,7 @@ from labcourse.sentences import sentences
 _MOST_ROWS = 60  # of the table at the end, and of students whose marks changed; a screen
 
 
-class ProgressReport:
+class ProgressReport(AbstractContextManager["ProgressReport"], ABC):
     """Counts what is done.
 
     Parameters
@@ -35,17 +38,11 @@ class ProgressReport:
         self.trouble = bool(ignored)
         self.counts = {"ran": 0, "known": 0, "failed": 0}
 
-    def __enter__(self) -> ProgressReport:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        pass
-
-    def add(self, ran: bool, result: Result, changed: Changes | None = None) -> None:
+    def add(self, ran: bool, graded: Graded, changed: Changes | None = None) -> None:
         """Report one submission, whether it was run just now, and what changed for a student who had marks before."""
         self.counts["ran" if ran else "known"] += 1
-        self.counts["failed"] += bool(result.run.problems)
-        self.trouble |= bool(result.run.problems)
+        self.counts["failed"] += bool(graded.run.problems)
+        self.trouble |= bool(graded.run.problems)
 
 
 class JsonLines(ProgressReport):
@@ -58,21 +55,22 @@ class JsonLines(ProgressReport):
             self._print(event="absent", student=student)
         return self
 
-    def add(self, ran: bool, result: Result, changed: Changes | None = None) -> None:
+    def add(self, ran: bool, graded: Graded, changed: Changes | None = None) -> None:
         """Report one submission, whether it was run just now, and what changed for a student who had marks before."""
-        super().add(ran, result, changed)
+        super().add(ran, graded, changed)
+        whole = sums(graded.marks)
         self._print(
             event="graded",
-            student=result.about.student,
+            student=graded.run.student,
             ran=ran,
-            points=None if result.not_graded else result.total,
-            out_of=result.sums.out_of,
-            awaiting=result.sums.awaiting,
-            not_marked=result.sums.not_marked,
-            problems=sentences(result.run.problems),
-            lapsed=list(map(lapse, result.graded.lapsed)),
+            points=None if whole.is_not_graded else whole.earned or 0.0,
+            out_of=whole.out_of,
+            awaiting=whole.awaiting,
+            not_marked=whole.not_marked,
+            problems=sentences(graded.run.problems),
+            lapsed=list(map(lapse, graded.lapsed)),
             **({} if changed is None else {"why": changed.why, "changes": changed.as_data()["changes"]}),
-            stamp=result.run.isolation,
+            stamp=graded.run.isolation,
         )
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
@@ -99,23 +97,24 @@ class Screen(ProgressReport):
         self._lapsed: list[str] = []
         self._isolation = ""
         self._changed: list[Changes] = []
+        self._task = self._bar.add_task("Grading", total=total, counts="")
 
     def __enter__(self) -> Screen:
         self._say(*sentences(self.ignored))
         self._bar.start()
-        self._task = self._bar.add_task("Grading", total=self.total, counts="")
         return self
 
-    def add(self, ran: bool, result: Result, changed: Changes | None = None) -> None:
+    def add(self, ran: bool, graded: Graded, changed: Changes | None = None) -> None:
         """Report one submission, whether it was run just now, and what changed for a student who had marks before."""
-        super().add(ran, result, changed)
-        student, sums = result.about.student, result.sums
-        marks = "not graded" if result.not_graded else f"{points(result.total)} of {points(sums.out_of)} points"
-        waits = f", {points(sums.awaiting)} awaiting a person" if sums.awaiting else ""
-        line = " ".join([f"{student}: {marks}{waits}.", *sentences(result.run.problems)])
-        self._lines.append((not result.run.problems, student, line))  # and not the result: the class may be large
-        self._lapsed += [f"{student}, {lapse(given)}" for given in result.graded.lapsed]
-        self._isolation = result.run.isolation
+        super().add(ran, graded, changed)
+        run, whole = graded.run, sums(graded.marks)
+        earned = f"{points(whole.earned or 0.0)} of {points(whole.out_of)} points"
+        marks = "not graded" if whole.is_not_graded else earned
+        waits = f", {points(whole.awaiting)} awaiting a person" if whole.awaiting else ""
+        line = " ".join([f"{run.student}: {marks}{waits}.", *sentences(run.problems)])
+        self._lines.append((not run.problems, run.student, line))  # and not the marks: the class may be large
+        self._lapsed += [f"{run.student}, {lapse(given)}" for given in graded.lapsed]
+        self._isolation = run.isolation
         if changed is not None and changed.why != HANDED_IN_AGAIN:
             self._changed.append(changed)
         counts = "{ran} run, {known} known, {failed} with trouble".format(**self.counts)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from functools import cached_property
 
 from labcourse.grading.accounts import Account, AssignmentGrade, account_of
@@ -43,6 +44,11 @@ class Sums:
     awaiting: float
     not_marked: float
 
+    @property
+    def is_not_graded(self) -> bool:
+        """Whether nothing that is worth points could be marked."""
+        return bool(self.out_of) and self.not_marked == self.out_of
+
 
 def sums(marks: Iterable[Mark]) -> Sums:
     """Add up the points of marks. What is not decided yet is not earned as 0."""
@@ -64,16 +70,16 @@ class Result:
     ----------
     graded : the run that counts, and its marks
     about : what the roster says of the student
+    account : what the marks come to by the course's settings
     comments : by persons, and the student's requests to look again, in order
-    account : what the marks come to by the course's settings; None where these were not asked
     hidden : notebooks, without ending, of which the marks were not given back; only in a student's copy
     changes : marks that moved since they were first given back; only in a student's copy
     """
 
     graded: Graded
     about: StudentRecord
+    account: Account
     comments: Sequence[CommentRecord] = ()
-    account: Account | None = None
     hidden: Collection[str] = ()
     changes: Sequence[ChangedMark] = ()
 
@@ -92,16 +98,9 @@ class Result:
         """What the student asked to have looked at again."""
         return [comment for comment in self.comments if comment.asks]
 
-    @property
-    def total(self) -> float:
-        """Points earned so far, in what counts so far."""
-        return sum(mark.points for mark in self.counted)
-
     @cached_property
     def counted(self) -> list[Mark]:
         """The marks in what counts so far."""
-        if self.account is None:
-            return list(self.marks)
         counted = {(item.question, item.part) for item in self.account.items}
         return [mark for mark in self.marks if mark.where in counted]
 
@@ -113,14 +112,7 @@ class Result:
     @property
     def not_graded(self) -> bool:
         """Whether nothing could be marked, through no fault of the student's: then there are no points, and not 0."""
-        worth_points = [mark for mark in self.marks if mark.out_of]
-        return bool(worth_points) and all(mark.status == Status.NOT_MARKED for mark in worth_points)
-
-    def not_counted(self) -> list[Problem]:
-        """Return what the student made and does not count, each kind of it together."""
-        reported = (*self.run.problems, *self.run.notes)
-        found = [one for one in reported if isinstance(one, Problem) and one.code in NOT_COUNTED]
-        return sorted(dict.fromkeys(found), key=lambda one: NOT_COUNTED.index(one.code))
+        return sums(self.marks).is_not_graded
 
     def undecided(self) -> list[Mark]:
         """Return what is worth points, counts so far, and nobody has given or refused yet."""
@@ -134,31 +126,38 @@ class Result:
         course : with its questions
         notebooks : that were given back, without ending; None for all
         """
-        if notebooks is None or self.account is None:
+        if notebooks is None:
             return self
         shown = {"", *notebooks}
 
-        def is_shown(question: str | None) -> bool:
-            return course.notebook_of(question) in shown
+        def is_shown(about: Mark | CommentRecord) -> bool:
+            return course.notebook_of(about.question) in shown
 
-        faults = key_faults(replace(self.graded, marks=tuple(m for m in self.marks if not is_shown(m.question))))
-        problems = tuple(problem for problem in self.run.problems if problem not in faults.values())
-        graded = replace(
-            self.graded,
-            run=replace(self.run, problems=problems),
-            marks=tuple(mark for mark in self.marks if is_shown(mark.question)),
-            lapsed=tuple(given for given in self.graded.lapsed if is_shown(given.mark.question)),
-        )
         return replace(
             self,
-            graded=graded,
-            comments=[comment for comment in self.comments if comment.asks or is_shown(comment.question)],
+            graded=with_marks(self.graded, is_shown),
+            comments=[comment for comment in self.comments if comment.asks or is_shown(comment)],
             account=self.account.given_back(notebooks),
             hidden={question.notebook for question in course.catalogue.marked.values()} - shown,
         )
 
 
-def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRecord | None = None) -> Result:
+def with_marks(graded: Graded, is_shown: Callable[[Mark], bool]) -> Graded:
+    """Return a run with some of its marks, and without problems of the key in the others."""
+    faults = key_faults(replace(graded, marks=tuple(mark for mark in graded.marks if not is_shown(mark)))).values()
+    problems = tuple(problem for problem in graded.run.problems if problem not in faults)
+    marks = tuple(mark for mark in graded.marks if is_shown(mark))
+    lapsed = tuple(given for given in graded.lapsed if is_shown(given.mark))
+    return replace(graded, run=replace(graded.run, problems=problems), marks=marks, lapsed=lapsed)
+
+
+def not_counted(run: RunRecord) -> list[Problem]:
+    """Return what the student made and does not count, each kind of it together."""
+    found = [one for one in (*run.problems, *run.notes) if isinstance(one, Problem) and one.code in NOT_COUNTED]
+    return sorted(dict.fromkeys(found), key=lambda one: NOT_COUNTED.index(one.code))
+
+
+def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRecord) -> Result:
     """Read all that a gradebook has of a student, with the account of their marks.
 
     Parameters
@@ -168,9 +167,7 @@ def result_in(book: Gradebook, course: Course, graded: Graded, about: StudentRec
     graded : the run that counts, and its marks
     about : what the roster says of the student
     """
-    student = graded.run.student
-    about = about or StudentRecord(student)
-    return Result(graded, about, book.comments(student), account_in(book, course, graded, about))
+    return Result(graded, about, account_in(book, course, graded, about), book.comments(about.student))
 
 
 def account_in(book: Gradebook, course: Course, graded: Graded | None, about: StudentRecord) -> Account:
@@ -223,6 +220,11 @@ def request_text(request: CommentRecord) -> str:
     """Describe a request of the student's."""
     state = "not answered yet" if request.is_open else "answered"
     return f"Asked on {request.when:%Y-%m-%d} to be looked at again; {state}."
+
+
+def moment(when: datetime) -> str:
+    """Write a time as "2026-03-02 12:00 UTC"."""
+    return f"{when:%Y-%m-%d %H:%M} UTC"
 
 
 def lapse(given: GivenMark) -> str:

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
+from labcourse.grading.accounts import in_full, points, worth
+from labcourse.grading.reports.changes import state_text
+from labcourse.grading.reports.result import lapse, moment, not_counted, request_text, state_of, sums
 from labcourse.messages import plural
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
@@ -15,6 +18,11 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 _PACKAGE, _SHARED = "labcourse.grading", "reports/templates"
+#: What each template may call.
+_FUNCTIONS = (
+    *(in_full, lapse, moment, not_counted, plural, points, request_text, sentence, sentences),
+    *(state_of, state_text, sums, worth),
+)
 
 
 @cache
@@ -36,7 +44,7 @@ def templates(folder: str = _SHARED) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {"plural": plural, "sentence": sentence, "sentences": sentences}
+    environment.globals |= {function.__name__: function for function in _FUNCTIONS}
     return environment
 
 

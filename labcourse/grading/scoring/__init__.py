@@ -2,10 +2,10 @@
 
 =============  =======================================================================================================
 ``rubric``     what to look for in each part, and what each level is like
-``desk``       who gets which answers next, what they give, and what they take back
+``desk``       who gets which answers next, what they give, what they take back, and how far it is
 ``cards``      what a scorer sees of an answer
-``progress``   tallies
-``guards``     who is let in, and what a browser is told
-``server``     the page as a server on the loopback interface; ``page/`` has its templates, script and style
+``guards``     where browsers find the page, who is let in, and what a browser is told
+``server``     its pages and acts; ``page/`` has their templates, script and style
+``start``      the addresses that scorers open, and the program that listens
 =============  =======================================================================================================
 """

@@ -65,16 +65,15 @@ def alike(desk: Desk, answers: Sequence[Answer]) -> list[dict[str, Any]]:
         graded = desk.book.current(answer.student) if _kind(desk, answer.where) in ("figure", *_WORDS) else None
         run = None if graded is None else graded.run
         figures = {} if run is None else figures_of(run, desk.catalogue, {answer.where})
-        about = {"key": key_of(answer.student, answer.where), "seen": seen(answer), "mark": answer.mark}
-        shown.append(
-            {
-                **about,
-                "label": labels[answer.student],
-                "text": _text(desk, run, answer),
-                "figure": figures.get(answer.where),
-            }
-        )
+        about = _basics(desk, run, answer, labels[answer.student])
+        shown.append({**about, "mark": answer.mark, "figure": figures.get(answer.where)})
     return shown
+
+
+def _basics(desk: Desk, run: RunRecord | None, answer: Answer, label: str) -> dict[str, Any]:
+    """Return what the template needs of each answer."""
+    text = _text(desk, run, answer)
+    return {"key": key_of(answer.student, answer.where), "seen": seen(answer), "label": label, "text": text}
 
 
 def _compared(course: Course, run: RunRecord, where: Where) -> str:
@@ -105,10 +104,7 @@ def _shown(desk: Desk, answer: Answer) -> dict[str, Any]:
     figures = {} if run is None else figures_of(run, desk.catalogue, {where, *related})
     pdf = report_of(desk, run, where)
     return {
-        "key": key_of(answer.student, where),
-        "seen": seen(answer),
-        "label": desk.label(answer.student, where),
-        "text": _text(desk, run, answer),
+        **_basics(desk, run, answer, desk.label(answer.student, where)),
         "facts": [_fact(desk, one, where) for one in marks if one.where in related and (one.given or one.reason)],
         "figures": [(f"{number} {name}", drawn) for (number, name), drawn in figures.items()],
         "state": state(answer) if answer.referred or not answer.waiting else "",

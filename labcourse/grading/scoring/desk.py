@@ -13,8 +13,7 @@ import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
-from itertools import islice
+from itertools import count
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.report_files import is_given
@@ -24,8 +23,8 @@ from labcourse.grading.accounts import worth as in_points
 from labcourse.grading.assignments import exact
 from labcourse.grading.gradebook import Act, Answer, Gradebook, standing
 from labcourse.grading.marks import Status
-from labcourse.grading.reports.result import without_numbers
-from labcourse.grading.scoring.rubric import RubricItem
+from labcourse.grading.reports.result import moment, without_numbers
+from labcourse.grading.scoring.rubric import LEVELS, RubricItem
 from labcourse.grading.settings import LevelSettings
 from labcourse.patterns import ANSWER, pattern
 from labcourse.problems import Problem, Reason, Where
@@ -76,10 +75,11 @@ def seen(answer: Answer) -> str:
     return hashlib.sha256(json.dumps(state).encode()).hexdigest()[:_KEY]
 
 
+@dataclass
 class Desk:
     """Where a class's answers are scored.
 
-    Parameters
+    Attributes
     ----------
     book : the gradebook
     catalogue : of the course's questions
@@ -88,18 +88,16 @@ class Desk:
     names : whether scorers see whose an answer is
     """
 
-    def __init__(
-        self,
-        book: Gradebook,
-        catalogue: Catalogue,
-        rubric: Mapping[Where, RubricItem],
-        levels: LevelSettings,
-        names: bool = False,
-    ) -> None:
-        self.book, self.catalogue, self.rubric, self.levels = book, catalogue, rubric, levels
-        self.names = names
+    book: Gradebook
+    catalogue: Catalogue
+    rubric: Mapping[Where, RubricItem]
+    levels: LevelSettings
+    names: bool = False
+
+    def __post_init__(self) -> None:
         self._together: dict[int, tuple[int, ...]] = {}  # act → all that were written in one go
-        self._put_off: dict[tuple[str, Where], list[str]] = defaultdict(list)
+        self._put_off: dict[tuple[str, str], int] = {}  # scorer and key of an answer → in which order
+        self._order = count(1)
         self._stuck: dict[str, set[int]] = defaultdict(set)  # scorer → acts that could not be taken back
 
     # --- what there is ------------------------------------------------------------------------------------------------
@@ -141,7 +139,7 @@ class Desk:
         written = [line for line, _count in Counter(filter(None, lines)).most_common()]
         item = self.rubric.get(where)
         texts = dict.fromkeys([*(item.remarks if item else ()), *written])
-        return dict(zip(REMARK_KEYS, islice(texts, len(REMARK_KEYS)), strict=False))
+        return dict(zip(REMARK_KEYS, texts, strict=False))
 
     # --- what comes next ----------------------------------------------------------------------------------------------
 
@@ -153,14 +151,13 @@ class Desk:
         list of Answer
             Empty if nothing is left that nobody else is reading.
         """
-        put_off = self._put_off[actor, where]
-        groups: dict[str, list[Answer]] = {}
+        groups = defaultdict[str, list[Answer]](list)
         for answer in self.due(where):
-            groups.setdefault(_compared(answer), []).append(answer)
-        keys = {group[0].student: key_of(group[0].student, where) for group in groups.values()}
-        order = sorted(keys, key=lambda student: put_off.index(keys[student]) + 1 if keys[student] in put_off else 0)
+            groups[_compared(answer)].append(answer)
+        first = {group[0].student: group for group in groups.values()}
+        order = sorted(first, key=lambda student: self._put_off.get((actor, key_of(student, where)), 0))
         student = self.book.scores.claim(order, where, actor, HELD)
-        group = next((group for group in groups.values() if group[0].student == student), [])
+        group = first.get(student or "", [])
         held = self.book.scores.claimed(where)
         free = [one for one in group[1:] if held.get(one.student, (actor,))[0] == actor]
         return [*group[:1], *free][:MOST_AT_ONCE]
@@ -175,10 +172,9 @@ class Desk:
         place = order.index(where)
         return next(iter([*order[place + 1 :], *order[:place]]), None)
 
-    def put_off(self, actor: str, where: Where, key: str) -> None:
+    def put_off(self, actor: str, key: str) -> None:
         """Let an answer come again when there is nothing else."""
-        later = self._put_off[actor, where]
-        later[:] = [*(one for one in later if one != key), key]
+        self._put_off[actor, key] = next(self._order)
 
     def find(self, where: Where, key: str) -> Answer | None:
         """Return the answer of a key in any state, whoever marks it; None if there is none."""
@@ -222,9 +218,8 @@ class Desk:
 
         def write(answer: Answer) -> Act:
             worth = self.points(level or 0, answer.mark.out_of) if points is None else points
-            given = None if points is not None else level
             return self.book.scores.give(
-                answer.student, where, worth, actor, level=given, remark=remark, expected=answer.mark
+                answer.student, where, worth, actor, level=level, remark=remark, expected=answer.mark
             )
 
         return self._act(where, picks, write)
@@ -328,11 +323,6 @@ def state(answer: Answer) -> str:
     return f"{by.actor} gave it {level}{points} at {moment(by.when)}{remark}"
 
 
-def moment(when: datetime) -> str:
-    """Write a time as "2026-03-02 12:00 UTC"."""
-    return f"{when:%Y-%m-%d %H:%M} UTC"
-
-
 def _compared(answer: Answer) -> str:
     """Return a text that is equal for equal answers; unique if it has a picture or a PDF.
 
@@ -343,3 +333,34 @@ def _compared(answer: Answer) -> str:
         return f"{answer.student}: {text}"
     text = _BEGINNINGS.sub(lambda capital: capital[0].lower(), unicodedata.normalize("NFC", text))
     return " ".join(_AT_ENDS.sub("", text).split())
+
+
+# --- how far it is ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How far the answers to a part are.
+
+    Attributes
+    ----------
+    total, done, waiting, referred : answers: all, decided, to be read, left to the instructor
+    levels : level → how many have it; points without a level, also those of ``labcourse mark``, count as ``other``
+    """
+
+    total: int
+    done: int
+    waiting: int
+    referred: int
+    levels: dict[int, int]
+    other: int
+
+
+def tally(answers: Sequence[Answer]) -> Tally:
+    """Count how far some answers are."""
+    done = [one for one in answers if not one.waiting]
+    referred = sum(one.referred for one in answers)
+    given = Counter(one.decision.level if one.decision else None for one in done)
+    levels = {level: given[level] for level in LEVELS}
+    waiting = len(answers) - len(done) - referred
+    return Tally(len(answers), len(done), waiting, referred, levels, len(done) - sum(levels.values()))

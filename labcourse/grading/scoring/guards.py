@@ -1,5 +1,7 @@
 """Decide who is let in to the scoring page, and set what its answers tell a browser.
 
+A :class:`Site` is where browsers find it: the loopback interface, or an address that other computers reach by TLS.
+
 Each scorer has an address of their own. It ends in a token, which stands behind a ``#``: a browser sends that part to
 nobody, so the token is in no log and in no referrer. The page ``enter`` exchanges it for a cookie. A request has to
 name this very host (else another site could be made to look like it).
@@ -12,8 +14,10 @@ where pages of this origin alone can read it.
 from __future__ import annotations
 
 import hashlib
+import ipaddress
 import logging
 import math
+import re
 import secrets
 import time
 from collections.abc import Callable, Sequence
@@ -31,7 +35,6 @@ from labcourse import clock
 from labcourse.errors import GradebookError
 from labcourse.grading.gradebook import Token
 from labcourse.grading.gradebook.records import TOKEN_LASTS
-from labcourse.grading.scoring.site import Site
 
 TOKEN_HEADER = "x-labcourse-token"  #: of each act, and of the request that exchanges a token for a cookie
 ACTOR = "labcourse.actor"  #: in a request's scope: the :class:`Scorer`
@@ -62,11 +65,83 @@ _ENDED = (
     "Your address has ended: it was revoked or replaced, or it is older than {} days. Ask the instructor for a new "
     "one. What you scored before is kept."
 )
+LOOPBACK = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:[1-9]\d{0,4})?", re.ASCII)  #: a host
+PORTS = {"http": 80, "https": 443}  #: of an address that names none
 Find = Callable[[str], Token | None]  #: the token of a digest
 
 
-def _secret() -> str:
-    return secrets.token_urlsafe(32)
+@dataclass(frozen=True)
+class Site:
+    """Where browsers find the page.
+
+    Attributes
+    ----------
+    scheme : "https"; or "http", then any name and port of the loopback interface will do: a tunnel has its own port
+    host : of the address, with its port unless that is the scheme's
+    proxy : address of the only computer that may connect, and that is believed about who asks; None without a proxy
+    """
+
+    scheme: str
+    host: str
+    proxy: str | None = None
+
+    @property
+    def url(self) -> str:
+        """The address, without a slash at its end."""
+        return f"{self.scheme}://{self.host}"
+
+    @property
+    def is_secure(self) -> bool:
+        """Whether browsers reach it by TLS."""
+        return self.scheme == "https"
+
+    @property
+    def port(self) -> int:
+        """The port of the address."""
+        port = re.search(r":(\d+)$", self.host)
+        return int(port[1]) if port else PORTS[self.scheme]
+
+    def address(self, token: str) -> str:
+        """Return the address where the owner of a token begins."""
+        return f"{self.url}/enter#{token}"
+
+    def cookie(self, request: Request) -> str:
+        """Return the name of the cookie. A browser does not tell ports apart."""
+        name = f"labcourse-score-{Site(self.scheme, request.headers['host']).port}"
+        return f"__Host-{name}" if self.is_secure else name
+
+    def check_host(self, request: Request) -> None:
+        """Refuse a request that is not for this site, or does not come through its proxy."""
+        if self.proxy is not None and ip_of(request.client.host if request.client else "") != self.proxy:
+            raise HTTPException(403, "This server answers to its proxy only.")
+        hosts = request.headers.getlist("host")
+        if len(hosts) != 1 or not (hosts[0] == self.host if self.is_secure else LOOPBACK.fullmatch(hosts[0])):
+            names = self.host if self.is_secure else "127.0.0.1, localhost and [::1]"
+            raise HTTPException(421, f"This server answers to {names} only.")
+
+    def check_origin(self, request: Request) -> None:
+        """Refuse what a page of another origin sends or opens, as one at another port of this host."""
+        if request.method == "POST":
+            is_own = request.headers.getlist("origin") == [f"{self.scheme}://{request.headers['host']}"]
+        else:  # "none": the person typed it; a browser of before 2023 says nothing
+            is_own = request.headers.get("sec-fetch-site", "none") in ("none", "same-origin")
+        if not is_own:
+            raise HTTPException(403, "This came from another site. Nothing was done. Open your own address again.")
+
+    def sender(self, request: Request) -> str:
+        """Return the address of the computer that sends a request; a proxy adds it at the end of a header."""
+        peer = request.client.host if request.client else ""
+        given = request.headers.getlist("x-forwarded-for") if self.proxy is not None else []
+        return ip_of(",".join(given).rpartition(",")[2].strip()) or peer
+
+
+def ip_of(text: str) -> str | None:
+    """Return an IP address in its usual form; None for any other text."""
+    try:
+        address = ipaddress.ip_address(text)
+    except ValueError:
+        return None
+    return str(getattr(address, "ipv4_mapped", None) or address)
 
 
 @dataclass(frozen=True)
@@ -74,7 +149,7 @@ class Scorer:
     """Somebody who scores: the name in the gradebook, and the token of their address; "" where only a page is read."""
 
     name: str
-    token: str = field(default_factory=_secret, repr=False)
+    token: str = field(default_factory=secrets.token_urlsafe, repr=False)
 
     @property
     def digest(self) -> str:

@@ -16,7 +16,6 @@ Remarks are for students, and may be used again. A course need not have a rubric
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,25 +28,8 @@ from labcourse.grading.settings import read_toml, refuse
 from labcourse.problems import Where
 
 RUBRIC_LEVELS = (4, 3, 2, 1)  #: exemplary, proficient, developing, beginning
+LEVELS = (*RUBRIC_LEVELS, 0)  #: 0 is for what is of no worth, or missing
 LONGEST = 500  #: characters of a text; five lines, read before each of eighty answers
-
-
-@dataclass(frozen=True)
-class RubricItem:
-    """What a scorer sees when they read the answers to one part.
-
-    Attributes
-    ----------
-    where : question and part
-    look_for : what has to be there
-    levels : level, from 4 to 1 → what an answer of that level is like
-    remarks : to students, to be used again
-    """
-
-    where: Where
-    look_for: str
-    levels: Mapping[int, str]
-    remarks: tuple[str, ...] = ()
 
 
 def _one_line(text: str) -> str:
@@ -61,17 +43,29 @@ def _one_line(text: str) -> str:
 _Text = Annotated[str, AfterValidator(_one_line)]
 
 
-class _Entry(BaseModel):
-    """The table of one part."""
+class RubricItem(BaseModel):
+    """What a scorer sees when they read the answers to one part.
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    Attributes
+    ----------
+    look_for : what has to be there
+    level_4, level_3, level_2, level_1 : what an answer of each level is like
+    remarks : to students, to be used again
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     look_for: _Text
     level_4: _Text = Field(alias="4")
     level_3: _Text = Field(alias="3")
     level_2: _Text = Field(alias="2")
     level_1: _Text = Field(alias="1")
-    remarks: list[_Text] = []
+    remarks: Annotated[tuple[_Text, ...], Field(strict=False)] = ()
+
+    @property
+    def levels(self) -> dict[int, str]:
+        """Level, from 4 to 1 → what an answer of that level is like."""
+        return {4: self.level_4, 3: self.level_3, 2: self.level_2, 1: self.level_1}
 
 
 def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, RubricItem]:
@@ -102,13 +96,13 @@ def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, RubricItem]
         return {}, [str(error)]
     tables = {number: parts if isinstance(parts, Mapping) else {"": parts} for number, parts in content.items()}
     entries = {(number, name): entry for number, parts in tables.items() for name, entry in parts.items()}
-    wanted, known = _for_a_person(catalogue), _for_a_person(catalogue.whole)
+    wanted, known = for_a_person(catalogue), for_a_person(catalogue.whole)
     strange = [where for where in entries if where not in known]
     faults = [f"{_place(where)}: there is no such part that a person marks." for where in strange]
     items = {}
     for where in wanted:
         try:
-            items[where] = _item(where, entries[where])
+            items[where] = _item(entries[where])
         except KeyError:
             faults.append(f"{_place(where)} is missing: a person marks it.")
         except ValidationError as error:
@@ -118,7 +112,7 @@ def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, RubricItem]
     return items, faults
 
 
-def _for_a_person(catalogue: Catalogue) -> list[Where]:
+def for_a_person(catalogue: Catalogue) -> list[Where]:
     """Return the parts that a person marks."""
     return [(q.number, part.name) for q in catalogue.marked.values() for part in q.parts if part.marked == "person"]
 
@@ -132,9 +126,8 @@ def _fault(where: Where, details: Any) -> str:
     return f"{_place(where)}: {'.'.join(map(str, details['loc']))}: {details['msg']}."
 
 
-def _item(where: Where, content: Any) -> RubricItem:
-    entry = _Entry.model_validate(content).model_dump(by_alias=True)
-    levels = {level: entry[str(level)] for level in RUBRIC_LEVELS}
-    if len(set(levels.values())) < len(levels):
+def _item(content: Any) -> RubricItem:
+    item = RubricItem.model_validate(content)
+    if len({*item.levels.values()}) < len(item.levels):
         raise ValueError("two of its levels say the same, so nobody can tell them apart.")
-    return RubricItem(where, entry["look_for"], levels, tuple(entry["remarks"]))
+    return item

@@ -1,18 +1,15 @@
-"""The scoring page as a server: its pages, and the acts that they send."""
+"""The scoring page as an application: its pages, and the acts that they send."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
 import re
-import socket
-import ssl
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import quote, urlencode
 
-import uvicorn
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -21,28 +18,24 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
-from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from labcourse import program
-from labcourse.errors import GradebookError, GradingError
-from labcourse.grading.accounts import points as shown_points
+from labcourse.errors import GradebookError
 from labcourse.grading.accounts import worth as in_points
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Answer, StudentRecord
+from labcourse.grading.gradebook import Act, Answer, StudentRecord
 from labcourse.grading.graded_run import submission_of
 from labcourse.grading.reports import feedback
-from labcourse.grading.reports.result import lapse, request_text, result_in
+from labcourse.grading.reports.result import result_in
 from labcourse.grading.reports.templating import templates
-from labcourse.grading.scoring import cards, progress
-from labcourse.grading.scoring.desk import Desk, Done, Pick, key_of, moment, seen, state
-from labcourse.grading.scoring.guards import ACTOR, Find, Guard, Scorer, refusal
-from labcourse.grading.scoring.site import Site
+from labcourse.grading.scoring import cards
+from labcourse.grading.scoring.desk import Desk, Done, Pick, key_of, seen, state, tally
+from labcourse.grading.scoring.guards import ACTOR, Find, Guard, Scorer, Site, refusal
 from labcourse.problems import Where
 from labcourse.student_id import caseless
 
 LONGEST_REMARK = 2000  #: characters; a page
 MOST_ANSWERS = 50  #: in one act, and shown at a time
-IDLE = 30.0  #: s in which a client has to send a whole request; then its connection is closed
 #: Of a student's PDF, which nothing here opens. "sandbox" allows it nothing: no script, no form, an origin of its own.
 REPORT_POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox"
 #: Of a page that stands as a file elsewhere, with its style inside: nothing else on it may be styled or run.
@@ -52,13 +45,8 @@ COPY_POLICY = (
 )
 _MOST_POINTS = 1e6  # the gradebook knows how many there are for an answer
 _FOLDER = Path(__file__).parents[1]
-_ASSETS = {
-    "acts.js": _FOLDER / "scoring/page/acts.js",
-    "answer.js": _FOLDER / "scoring/page/answer.js",
-    "scoring.js": _FOLDER / "scoring/page/scoring.js",
-    "scoring.css": _FOLDER / "scoring/page/scoring.css",
-    "drawn.css": _FOLDER / "reports/templates/drawn.css",
-}
+_ASSETS = {name: _FOLDER / "scoring/page" / name for name in ("acts.js", "answer.js", "scoring.js", "scoring.css")}
+_ASSETS["drawn.css"] = _FOLDER / "reports/templates/drawn.css"
 _Text = Annotated[str, Field(max_length=LONGEST_REMARK)]
 ClassPage = Callable[[Callable[[str, str, str], str]], str]  #: from links to answers, the page of the class
 _Name = Annotated[str, Field(min_length=1, max_length=LONGEST_REMARK)]
@@ -124,7 +112,7 @@ class Pages:
         for where in self.desk.in_order(list(by_part)):
             question, held = self.desk.catalogue.marked.get(where[0]), scores.claimed(where)
             readers = sorted({actor for actor, _until in held.values()})
-            rows.append((where, question.title if question else "", progress.tally(by_part[where]), readers))
+            rows.append((where, question.title if question else "", tally(by_part[where]), readers))
             asked += [(one, held.get(one.student, ("",))[0]) for one in by_part[where] if one.referred]
         return self._page("overview.html", request, rows=rows, asked=asked)
 
@@ -145,10 +133,9 @@ class Pages:
         return HTMLResponse(self._rendered(template, **about, **values))
 
     def _rendered(self, template: str, **values: Any) -> str:
-        helpers: dict[str, Any] = {"points": shown_points, "key_of": key_of, "state": state, "label": self.desk.label}
-        helpers |= {"worth": in_points, "link": link, "request_text": request_text}
-        helpers |= {"moment": moment, "lapse": lapse, "names": self.desk.names}
-        return templates("scoring/page").get_template(template).render(**values, **helpers)
+        helpers: dict[str, Any] = {"key_of": key_of, "label": self.desk.label, "link": link, "state": state}
+        values |= helpers | {"names": self.desk.names}
+        return templates("scoring/page").get_template(template).render(**values)
 
     # --- pages by name ------------------------------------------------------------------------------------------------
 
@@ -193,7 +180,7 @@ class Pages:
             "alike": cards.alike(self.desk, same[:MOST_ANSWERS]),
             "count": len(same),
             "last": self.desk.last_acts(scorer.name),
-            "again": again or {"remark": "", "points": None, "replies": {}},
+            "again": again or {"remark": "", "points": None},
         }
 
     def report(self, request: Request) -> Response:
@@ -231,7 +218,7 @@ class Pages:
     def next(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Show the next answer, or that of a key."""
         if sent.skip:
-            self.desk.put_off(scorer.name, sent.where, sent.skip)
+            self.desk.put_off(scorer.name, sent.skip)
         if not sent.key:
             return self._reply(scorer, sent.where)
         answer = self.desk.find(sent.where, sent.key)
@@ -343,22 +330,27 @@ class Pages:
 
     def _after(self, scorer: Scorer, sent: Sent, done: Done) -> dict[str, Any]:
         """Show what comes next; if nothing was written, the same answers as they are now, with all that was typed."""
-        messages = list(dict.fromkeys(done.problems))
-        if len(done.acts) > 1:
-            messages.insert(0, f"{len(done.acts)} answers in one go; u takes them all back.")
-        for act in done.acts if len(done.acts) == 1 else ():
-            level = "" if act.level is None else f"level {act.level}, "
-            given = "left to the instructor" if act.referred else f"{level}{in_points(act.points or 0.0)}"
-            messages.insert(0, f"{self.desk.label(act.student, act.where)}: {given}.")
+        problems = [*dict.fromkeys(done.problems)]
+        if done.acts:
+            return self._reply(scorer, sent.where, [self._given(done.acts), *problems], trouble=bool(problems))
         ticked = {pick.key: pick.seen for pick in sent.answers}
-        found = [] if done.acts else [self.desk.find(sent.where, key) for key in sent.shown or ticked]
+        found = (self.desk.find(sent.where, key) for key in sent.shown or ticked)
         now = {key_of(one.student, one.where): one for one in found if one is not None}
         if not ticked.keys() & now.keys():
-            return self._reply(scorer, sent.where, messages, trouble=bool(done.problems))
+            return self._reply(scorer, sent.where, problems, trouble=bool(problems))
         if any(seen(now[key]) != ticked[key] for key in ticked.keys() & now.keys()):
-            messages.append("Here it is as it is now: what you give replaces that, s leaves it.")
+            problems.append("Here it is as it is now: what you give replaces that, s leaves it.")
         again = {"ticked": set(ticked), "remark": sent.remark, "points": sent.points}
-        return self._reply(scorer, sent.where, messages, list(now.values()), again, trouble=True)
+        return self._reply(scorer, sent.where, problems, list(now.values()), again, trouble=True)
+
+    def _given(self, acts: Sequence[Act]) -> str:
+        """Say what was given to one answer, or to how many."""
+        if len(acts) > 1:
+            return f"{len(acts)} answers in one go; u takes them all back."
+        (act,) = acts
+        level = "" if act.level is None else f"level {act.level}, "
+        given = "left to the instructor" if act.referred else f"{level}{in_points(act.points or 0.0)}"
+        return f"{self.desk.label(act.student, act.where)}: {given}."
 
     def _reply(
         self,
@@ -381,14 +373,14 @@ class Pages:
         trouble : whether a message is on something that failed
         """
         found = answers or self.desk.next(scorer.name, where)
-        tally = progress.tally(self.desk.book.scores.answers([where]))
+        so_far = tally(self.desk.book.scores.answers([where]))
         card = cards.card(self.desk, found) if found else None
         after = None if found else self.desk.part_after(where)
         left = len(self.desk.due(where))
-        values = {"card": card, "again": again or {}, "left": left, "asked": tally.referred, "after": after}
+        values = {"card": card, "again": again or {}, "left": left, "asked": so_far.referred, "after": after}
         return {
             "html": self._rendered("card.html", **values),
-            "state": self._rendered("tally.html", tally=tally),
+            "state": self._rendered("tally.html", tally=so_far),
             "message": " ".join(filter(None, messages)),
             "trouble": trouble,
         }
@@ -423,9 +415,6 @@ def _asset(request: Request) -> Response:
     return FileResponse(_ASSETS[request.path_params["name"]])
 
 
-# --- the server -------------------------------------------------------------------------------------------------------
-
-
 def application(desk: Desk, site: Site, find: Find, course: Course, class_page: ClassPage) -> ASGIApp:
     """Return the application, guarded.
 
@@ -450,72 +439,3 @@ def application(desk: Desk, site: Site, find: Find, course: Course, class_page: 
     ]
     handlers = dict.fromkeys((HTTPException, GradebookError), refusal)
     return Guard(Starlette(routes=routes, exception_handlers=handlers), site, find)
-
-
-def listening(port: int, everywhere: bool = False) -> socket.socket:
-    """Return a socket of the loopback interface, or of all interfaces.
-
-    Raises
-    ------
-    GradingError
-        If the port is taken.
-    """
-    both = everywhere and socket.has_dualstack_ipv6()
-    host, family = ("" if everywhere else "127.0.0.1"), socket.AF_INET6 if both else socket.AF_INET
-    try:
-        return socket.create_server((host, port), family=family, dualstack_ipv6=both)
-    except OSError as error:
-        raise GradingError(
-            f"Port {port} cannot be used: {error.strerror}. Name another one by --port; without it a free one, or that "
-            "of --url, is taken."
-        ) from None
-
-
-def check_certificate(certificate: Path, private_key: Path | None) -> None:
-    """Raise GradingError if a certificate cannot be used."""
-    try:
-        ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(certificate, private_key)
-    except OSError as error:
-        raise GradingError(f"The certificate {certificate} or its private key cannot be used: {error}.") from None
-
-
-class _Connection(H11Protocol):
-    """A connection that is closed if its client does not send a whole request within ``IDLE`` s."""
-
-    def connection_made(self, transport: Any) -> None:
-        super().connection_made(transport)
-        self._wait()
-
-    def on_response_complete(self) -> None:
-        self._wait()
-        super().on_response_complete()
-
-    def _wait(self) -> None:
-        self._answered = self.cycle  # the request before the one that is to come; None before the first
-        self.loop.call_later(IDLE, self._close_if_idle, self.cycle)
-
-    def _close_if_idle(self, answered: Any) -> None:
-        is_idle = answered is self._answered and (self.cycle is answered or self.cycle.more_body)
-        if is_idle and not self.transport.is_closing():  # else the end of an answer is still on its way
-            self.transport.abort()
-
-
-def serve(
-    app: ASGIApp, listener: socket.socket, certificate: Path | None = None, private_key: Path | None = None
-) -> None:
-    """Serve until it is interrupted; by TLS if there is a certificate."""
-    # No log of requests: what is read would be in it. Whom to believe about who asks, the site decides.
-    config = uvicorn.Config(
-        app,
-        http=_Connection,
-        log_level="error",
-        access_log=False,
-        server_header=False,
-        proxy_headers=False,
-        lifespan="off",
-        ws="none",
-        workers=1,
-        ssl_certfile=certificate,
-        ssl_keyfile=private_key,
-    )
-    uvicorn.Server(config).run(sockets=[listener])

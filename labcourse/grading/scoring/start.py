@@ -1,22 +1,35 @@
-"""Start the scoring page: which site it is, who is let in, and the addresses that scorers open."""
+"""Start the scoring page: which site it is, who is let in, the addresses that scorers open, and what listens."""
 
 from __future__ import annotations
 
+import ipaddress
+import re
+import socket
+import ssl
 import sys
 import webbrowser
 from pathlib import Path
+from typing import Any
 
 import typer
+import uvicorn
+from starlette.types import ASGIApp
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.gradebook.records import TOKEN_LASTS
-from labcourse.grading.scoring import server
 from labcourse.grading.scoring.desk import Desk
-from labcourse.grading.scoring.guards import Find, Scorer, while_it_runs
-from labcourse.grading.scoring.site import Site, at, on_loopback
+from labcourse.grading.scoring.guards import LOOPBACK, PORTS, Find, Scorer, Site, ip_of, while_it_runs
+from labcourse.grading.scoring.server import ClassPage, application
 from labcourse.safe_text import say
+
+IDLE = 30.0  #: s in which a client has to send a whole request; then its connection is closed
+_URL = re.compile(
+    r"(?P<scheme>https?)://(?P<host>[a-z0-9][a-z0-9.-]*|\[[0-9a-f:]+\])(:(?P<port>[1-9]\d{0,4}))?/?",
+    re.ASCII | re.IGNORECASE,
+)
 
 
 def find_site(
@@ -30,6 +43,50 @@ def find_site(
     if proxy is not None or certificate is not None:
         raise GradingError("Say by --url which address the page has for other computers.")
     return None
+
+
+def on_loopback(port: int) -> Site:
+    """Return the site on this computer only."""
+    return Site("http", f"127.0.0.1:{port}")
+
+
+def at(url: str, proxy: str | None, encrypts: bool | None) -> Site:
+    """Return the site of an address.
+
+    Parameters
+    ----------
+    url : as "https://marks.school.edu"
+    proxy : IP address of the reverse proxy
+    encrypts : whether this server has a certificate; None if nothing is served
+
+    Raises
+    ------
+    GradingError
+        If it is no such address, or nothing encrypts what other computers send.
+    """
+    match = _URL.fullmatch(url)
+    if match is None:
+        raise GradingError(
+            f"--url {url}: give an address without a path, as https://marks.school.edu. The page needs a host of its "
+            "own: any other page at that address could score in an assistant's name."
+        )
+    scheme, port = match["scheme"].lower(), int(match["port"] or 0)
+    host = match["host"].lower() + ("" if port in (0, PORTS[scheme]) else f":{port}")
+    own = None if proxy is None else ip_of(proxy)
+    if proxy is not None and own is None:
+        raise GradingError(f"--proxy {proxy}: give the proxy's IP address, as 127.0.0.1.")
+    site = Site(scheme, host, own)
+    if not site.is_secure and (not LOOPBACK.fullmatch(host) or encrypts or own):
+        raise GradingError(
+            f"--url {url}: http:// is not encrypted. It is for localhost only, without --proxy and --certificate. "
+            f"Other computers need https://."
+        )
+    if site.is_secure and encrypts is False and (own is None or not ipaddress.ip_address(own).is_loopback):
+        raise GradingError(
+            f"--url {url}: say who encrypts: --proxy 127.0.0.1 if a proxy on this computer does, or --certificate. "
+            "A proxy on another computer needs both: its address, and a certificate here."
+        )
+    return site
 
 
 def change_tokens(book: Gradebook, site: Site | None, new_token: str | None, revoke: str | None) -> None:
@@ -59,7 +116,7 @@ def serve(
     port: int,
     browser: bool,
     course: Course,
-    class_page: server.ClassPage,
+    class_page: ClassPage,
     certificate: Path | None,
     private_key: Path | None,
 ) -> None:
@@ -74,9 +131,9 @@ def serve(
     certificate, private_key : to encrypt with; None if a proxy does, or for this computer alone
     """
     if certificate is not None:
-        server.check_certificate(certificate, private_key)
+        check_certificate(certificate, private_key)
     own_tls = certificate is not None
-    with server.listening(site.port if site and own_tls and not port else port, own_tls) as listener:
+    with listening(site.port if site and own_tls and not port else port, own_tls) as listener:
         port = listener.getsockname()[1]
         if site is None:
             site, find = _let_in_here(names, port, browser)
@@ -84,18 +141,16 @@ def serve(
             find = _let_in(desk.book, site, names)
             where = "all interfaces" if own_tls else "127.0.0.1"
             typer.echo(f"The page is {site.url}/. The program listens on {where}, port {port}. Ctrl-C ends it.")
-        made = server.application(desk, site, find, course, class_page)
-        server.serve(made, listener, certificate, private_key)
+        run(application(desk, site, find, course, class_page), listener, certificate, private_key)
 
 
 def _let_in_here(names: list[str], port: int, browser: bool) -> tuple[Site, Find]:
     """Print addresses on this computer, which are valid while the server runs; return who is let in."""
     site, scorers = on_loopback(port), [Scorer(name) for name in names]
-    addresses = [site.address(scorer.token) for scorer in scorers]
-    say(*(f"{name}: {address}" for name, address in zip(names, addresses, strict=True)))
+    say(*(f"{scorer.name}: {site.address(scorer.token)}" for scorer in scorers))
     typer.echo("Each opens their own address, in a browser on this computer. Ctrl-C ends it; nothing is lost.")
     if browser:
-        webbrowser.open(addresses[0])
+        webbrowser.open(site.address(scorers[0].token))
     return site, while_it_runs(scorers)
 
 
@@ -123,3 +178,75 @@ def _let_in(book: Gradebook, site: Site, names: list[str]) -> Find:
     for token in former:
         say(f"{token.actor} has an address, made on {token.made:%Y-%m-%d}. --new-token makes another.")
     return book.tokens.find
+
+
+# --- the program that listens -----------------------------------------------------------------------------------------
+
+
+def listening(port: int, everywhere: bool = False) -> socket.socket:
+    """Return a socket of the loopback interface, or of all interfaces.
+
+    Raises
+    ------
+    GradingError
+        If the port is taken.
+    """
+    both = everywhere and socket.has_dualstack_ipv6()
+    host, family = ("" if everywhere else "127.0.0.1"), socket.AF_INET6 if both else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, dualstack_ipv6=both)
+    except OSError as error:
+        raise GradingError(
+            f"Port {port} cannot be used: {error.strerror}. Name another one by --port; without it a free one, or that "
+            "of --url, is taken."
+        ) from None
+
+
+def check_certificate(certificate: Path, private_key: Path | None) -> None:
+    """Raise GradingError if a certificate cannot be used."""
+    try:
+        ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(certificate, private_key)
+    except OSError as error:
+        raise GradingError(f"The certificate {certificate} or its private key cannot be used: {error}.") from None
+
+
+class _Connection(H11Protocol):
+    """A connection that is closed if its client does not send a whole request within ``IDLE`` s."""
+
+    def connection_made(self, transport: Any) -> None:
+        super().connection_made(transport)
+        self._wait()
+
+    def on_response_complete(self) -> None:
+        self._wait()
+        super().on_response_complete()
+
+    def _wait(self) -> None:
+        self._answered = self.cycle  # the request before the one that is to come; None before the first
+        self.loop.call_later(IDLE, self._close_if_idle, self.cycle)
+
+    def _close_if_idle(self, answered: Any) -> None:
+        is_idle = answered is self._answered and (self.cycle is answered or self.cycle.more_body)
+        if is_idle and not self.transport.is_closing():  # else the end of an answer is still on its way
+            self.transport.abort()
+
+
+def run(
+    app: ASGIApp, listener: socket.socket, certificate: Path | None = None, private_key: Path | None = None
+) -> None:
+    """Serve until it is interrupted; by TLS if there is a certificate."""
+    # No log of requests: what is read would be in it. Whom to believe about who asks, the site decides.
+    config = uvicorn.Config(
+        app,
+        http=_Connection,
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        lifespan="off",
+        ws="none",
+        workers=1,
+        ssl_certfile=certificate,
+        ssl_keyfile=private_key,
+    )
+    uvicorn.Server(config).run(sockets=[listener])

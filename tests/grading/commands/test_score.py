@@ -8,7 +8,7 @@ from scoring_class import new_class, texts
 from typer.testing import CliRunner
 
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.scoring import server
+from labcourse.grading.scoring import start
 from labcourse.grading.scoring.guards import Scorer
 from labcourse.student_id import GRADEBOOK_FILE
 from rotflex.cli import app
@@ -56,7 +56,7 @@ def test_what_is_missing_is_told(marks, words, said):
 def test_each_has_an_address_and_the_first_a_browser(marks, monkeypatch):
     opened, served = [], []
     monkeypatch.setattr("webbrowser.open", opened.append)
-    monkeypatch.setattr(server, "serve", lambda app, listener, *tls: served.append(listener.getsockname()))
+    monkeypatch.setattr(start, "run", lambda app, listener, *tls: served.append(listener.getsockname()))
     names = ("Zoë Müller-Łukasz", "王小明", "O'Brien (2)")
     done = run(marks, *(word for name in names for word in ("--by", f" {name} ")))
     assert done.exit_code == 0
@@ -70,7 +70,7 @@ def test_each_has_an_address_and_the_first_a_browser(marks, monkeypatch):
 def test_an_address_for_other_computers_is_shown_once_and_lasts_until_it_is_replaced_or_revoked(marks, monkeypatch):
     opened = []
     monkeypatch.setattr("webbrowser.open", opened.append)
-    monkeypatch.setattr(server, "serve", lambda app, listener, *tls: None)
+    monkeypatch.setattr(start, "run", lambda app, listener, *tls: None)
     at = ("--url", URL, "--proxy", "127.0.0.1")
     first = run(marks, "--by", "Ann", "--by", "Bea", *at).output
     (of_ann,) = re.findall(rf"^Ann: {URL}/enter#([\w-]{{43}})$", first, re.M)
@@ -94,7 +94,7 @@ def test_an_address_for_other_computers_is_shown_once_and_lasts_until_it_is_repl
 @pytest.mark.parametrize("answer", ["", "\n", "y\n"])
 def test_for_others_nothing_is_served_unless_the_host_is_said_to_serve_nothing_else(marks, monkeypatch, answer):
     served = []
-    monkeypatch.setattr(server, "serve", lambda *about: served.append(about))
+    monkeypatch.setattr(start, "run", lambda *about: served.append(about))
     at = ("--by", "Ann", "--url", URL, "--proxy", "127.0.0.1")
     done = run(marks, *at, answer=answer)
     with Gradebook(marks / GRADEBOOK_FILE) as book:

@@ -16,6 +16,7 @@ from labcourse.errors import IsolationError
 from labcourse.grading.gradebook import Gradebook, earlier
 from labcourse.grading.overview import class_overview
 from labcourse.grading.running import isolation_report
+from labcourse.grading.todo import todo
 from labcourse.grading.verdicts import Status
 from rotflex.cli import app
 
@@ -133,7 +134,7 @@ def trail(file):
 def to_do(old, file):
     """What a person must do: code, for whom, and the points at stake."""
     with Gradebook(file) as book:
-        tasks = class_overview(book, old.course, file.parent)["todo"]
+        tasks = todo(class_overview(book, old.course, file.parent).of)
     return [(task.what.code, task.who, task.worth) for task in tasks]
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 
 import pytest
-from gradebooks import graded, mark, prose, result
+from gradebooks import graded, mark, prose
 
 from labcourse.grading.gradebook import GivenMark
 from labcourse.grading.marks import Mark
@@ -76,7 +76,7 @@ LAPSED = GivenMark(
 
 def shown(kind, after, capsys, lapsed=()):
     with kind(1, [], []) as report:
-        report.add(False, result(*after.marks, run=after.run, lapsed=lapsed), changes(BEFORE, after))
+        report.add(False, replace(after, lapsed=lapsed), changes(BEFORE, after))
     return capsys.readouterr().out
 
 
@@ -89,21 +89,15 @@ def test_the_screen_and_scripts_are_told_what_changed_and_which_mark_lapsed(caps
     assert (event["points"], event["not_marked"]) == (0, 0) and event["lapsed"][0].startswith("2.11, ")
 
 
-def screen(capsys, monkeypatch, students, trouble):
-    monkeypatch.setenv("COLUMNS", "200")
-    with Screen(len(students), [], []) as report:
-        for student in students:
-            problems = (f"trouble of {student}",) if student in trouble else ()
-            report.add(False, result(mark(), prose(), student=student, problems=problems))
-    return capsys.readouterr().out
-
-
 @pytest.mark.parametrize("number", [3, 4])
 def test_a_class_is_listed_up_to_a_screenful_with_trouble_first_and_the_rest_counted(number, capsys, monkeypatch):
     monkeypatch.setattr(live_report, "_MOST_ROWS", 3)
-    text = screen(
-        capsys, monkeypatch, [f"student{place:02}" for place in range(number)][::-1], trouble=("student01", "student02")
-    )
+    monkeypatch.setenv("COLUMNS", "200")
+    with Screen(number, [], []) as report:
+        for place in reversed(range(number)):
+            problems = ("trouble",) if place in (1, 2) else ()
+            report.add(False, graded(f"student{place:02}", mark(), prose(), problems=problems))
+    text = capsys.readouterr().out
     order = ["00", "01", "02"] if number == 3 else ["01", "02", "00"]
     assert re.findall(r"student(\d\d): (?:trouble|2 of 3 points)", text) == order
     assert re.findall(r"and (\d+) more, in grades.csv", text) == ["1"] * (number - 3)

@@ -27,12 +27,6 @@ def test_the_numbers_on_an_axis_are_round_or_powers_of_ten_and_within_it(low, hi
     assert texts == [f"{number:g}" for number in numbers]
 
 
-def test_values_stand_by_their_share_between_the_ends():
-    assert Axis(10.0, 20.0, 100.0, 300.0).at(np.array([10.0, 12.5, 20.0])).tolist() == [100.0, 150.0, 300.0]
-    assert Axis(10.0, 20.0, 300.0, 100.0).at(np.array([10.0, 12.5])).tolist() == [300.0, 250.0]
-    assert Axis(0.0, 2.0, 0.0, 10.0, True).at(np.array([1.0, 10.0, 100.0])) == pytest.approx([0, 5, 10])
-
-
 @pytest.mark.parametrize(
     ("lines", "margin", "low", "high"),
     [
@@ -46,11 +40,6 @@ def test_values_stand_by_their_share_between_the_ends():
 def test_an_axis_holds_all_values_with_a_margin(lines, margin, low, high):
     found = make_axis(list(map(np.array, lines)), 5, 50, margin)
     assert (found.low, found.high) == pytest.approx((low, high)) and (found.start, found.end) == (5, 50)
-
-
-@pytest.mark.parametrize(("largest", "is_drawn"), [(9.9e299, True), (1.1e300, False), (-1.1e300, False)])
-def test_an_axis_goes_as_far_as_differences_are_finite(largest, is_drawn):
-    assert (make_axis([np.array([0.0, largest])], 0, 1) is not None) == is_drawn
 
 
 EVEN = np.geomspace(1.0, 10.0, 5)
@@ -77,6 +66,7 @@ def test_a_curve_is_a_line_through_its_points_in_tenths_and_a_point_a_cross():
     line = {"x": np.array([0.0, 5.0, 10.0]), "y": np.array([0.0, 1.0, 0.25])}
     assert curve(line, x, y) == "M0 1000L500 0L1000 750"
     assert curve({"x": np.array([5.0]), "y": np.array([0.5])}, x, y) == "M460 500h80M500 460v80"
+    assert curve({**line, "x": np.array([1.0, 10.0, 100.0])}, Axis(0, 2, 0, 10, True), y) == "M0 1000L50 0L100 750"
 
 
 def diagram(*curves, title="", xlabel="time (s)", ylabel="angle (deg)"):
@@ -112,7 +102,7 @@ def test_several_diagrams_are_numbered_with_or_without_a_title():
     assert [heading.text for heading in parsed(drawings[0]).iter("p")] == ["A"]
 
 
-@pytest.mark.parametrize("line", [("a", [0, 1], [-1.7e308, 1.7e308]), ("a", [0, 1.7e308], [0, 1]), ("a", [], [])])
+@pytest.mark.parametrize("line", [("a", [0, 1], [-1.7e308, 1.7e308]), ("a", [0, 1.1e300], [0, 1]), ("a", [], [])])
 def test_a_figure_that_cannot_be_drawn_says_so(line):
     assert "cannot be drawn" in drawn([diagram(line)])
 

@@ -76,7 +76,7 @@ def test_a_whole_page():
     text = page_text(page(*marks, comments=said, lapsed=[lapsed], **more))
     place = -1
     for piece in (  # in this order
-        *("Feedback for ada", "Ada L. · section B · A course · Spring", "So far 4 of 9 points."),
+        *("Feedback for ada", "Ada L. · section B · A course · Spring", "So far 4.00 of 9 points."),
         *("1 point waits for a person: 2.11", "2 points could not be marked, through no fault of yours: 2.16"),
         *("A problem.", "Good. prof", "2.12, K_s: tutor gave 1 of 2 points on 2026-03-02", "A note."),
         *("Your answers", "Question 2.11: ", "19.9 rad/s ✓ right , 2 of 2 points. Within 5 %."),
@@ -119,13 +119,10 @@ def test_a_question_that_the_catalogue_does_not_have_is_shown_all_the_same():
         ((replace(OMEGA, status=Status.NOT_MARKED, points=0.0),), True),
     ],
 )
-def test_only_what_is_all_well_is_folded_away(marks, is_open):
+def test_only_what_is_all_well_and_what_nobody_commented_on_is_folded_away(marks, is_open):
     assert opened(page(*marks)) == {"2.11": is_open}
-
-
-def test_what_a_person_had_to_say_is_not_folded_away():
     comment = CommentRecord("ada", "2.11", "Nice.", "prof", clock.now())
-    assert opened(page(OMEGA, comments=[comment])) == {"2.11": True}
+    assert opened(page(*marks, comments=[comment])) == {"2.11": True}
 
 
 DRAWN = Mark("2.9", "figure", Status.RIGHT, 1.0, 1.0, "Well.", "1 diagram, 1 curve")

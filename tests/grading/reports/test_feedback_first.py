@@ -43,7 +43,7 @@ def page(when=BETWEEN, excused=(), back=None, names=(PRELAB, STIFFNESS)):
     run, ada = graded("ada", *MARKS), StudentRecord("ada")
     account = account_of(COURSE, Handed(ada, MARKS, arrived, run, excuses), when)
     asked = CommentRecord("ada", "2.11", "Why?", "lea", BEFORE, "omega_n", asks=True, is_open=True)
-    whole = Result(run, ada, [asked], account)
+    whole = Result(run, ada, account, [asked])
     return seen(feedback.page(whole.given_back(COURSE, back), COURSE))
 
 

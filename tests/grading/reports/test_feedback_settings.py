@@ -34,24 +34,26 @@ def course(seen=ALL, **more):
     return replace(OURS, settings=CourseSettings(term="2026 autumn", feedback=seen, **more))
 
 
-def page(*marks, **seen):
-    return page_text(feedback.page(result(*(marks or MARKS)), course(FeedbackSettings(**seen))))
+def page(given=MARKS, seen=ALL, **decided):
+    made = course(seen, **decided)
+    account = account_of(made, Handed(StudentRecord("ada"), given))
+    return page_text(feedback.page(result(*given, account=account), made))
 
 
 def test_points_and_reasons_are_shown_unless_the_settings_say_otherwise():
     shown = page()
-    assert "So far 1.5 of 5 points" in shown and "0 of 2 points" in shown
+    assert "So far 1.50 of 5 points" in shown and "0 of 2 points" in shown
     assert all(mark.reason in shown for mark in MARKS)
 
 
 def test_without_points_there_is_none_on_the_page_and_the_verdicts_stay():
-    shown = page(points=False)
+    shown = page(seen=FeedbackSettings(points=False))
     assert not POINTS.search(shown)
     assert "wrong . Look at the units." in shown and "omega_n = 3.1" in shown
 
 
 def test_without_reasons_the_keys_go_and_those_of_a_person_and_what_stopped_stay():
-    shown = page(reasons=False)
+    shown = page(seen=FeedbackSettings(reasons=False))
     assert "Look at the units." not in shown and "wrong , 0 of 2 points" in shown
     assert "Nearly: see me." in shown and "NameError, line 3." in shown
 
@@ -78,19 +80,10 @@ def test_before_their_time_pages_say_when_they_open_and_what_went_wrong_and_noth
     assert json.loads((tmp_path / "out" / "ada" / "marks.json").read_text())["total"] == 1.5  # the instructor's
 
 
-MARKED = tuple(replace(mark, status=Status.PARTLY) for mark in MARKS)
-
-
-def accounted(given=MARKED, seen=ALL, **decided):
-    made = course(seen, **decided)
-    account = account_of(made, Handed(StudentRecord("ada"), given))
-    return page_text(feedback.page(result(*given, account=account), made))
-
-
 def test_the_student_reads_how_it_counts_where_a_setting_applies_and_without_points_if_they_are_not_shown():
-    assert "So far 1.50 of 5 points." in accounted() and "How it counts" not in accounted()
-    assert accounted(marks=MarkSettings(drop=("3.1",), weights={"3.2": 2})) == accounted()  # not this student's
-    shown = accounted(marks=MarkSettings(drop=("2.13",)))
+    assert "So far 1.50 of 5 points." in page() and "How it counts" not in page()
+    assert page(marks=MarkSettings(drop=("3.1",), weights={"3.2": 2})) == page()  # not this student's
+    shown = page(marks=MarkSettings(drop=("2.13",)))
     assert "So far 1.50 of 4 points." in shown and "How it counts Not counted: 2.13. Your answers" in shown
-    shown = accounted(seen=FeedbackSettings(points=False), marks=MarkSettings(drop=("2.13",)))
+    shown = page(seen=FeedbackSettings(points=False), marks=MarkSettings(drop=("2.13",)))
     assert "How it counts Not counted: 2.13. Your answers" in shown and not POINTS.search(shown)

@@ -49,7 +49,7 @@ def test_no_points_that_were_decided_are_0():
 
 def test_columns_stand_in_the_keys_order_and_hold_what_only_one_has():
     found = table(result("ada", ALL_WORDS), result("bob", NUMBER), order=["2.11", "2.12", "2.16"])
-    assert [name for name in found["ada"] if name[0].isdigit()] == ["2.11", "2.16"]
+    assert [name for name in found["ada"] if re.match(r"\d\.", name)] == ["2.11", "2.16"]
     assert (found["ada"]["2.11"], found["bob"]["2.11"]) == ("", "1.5")
 
 
@@ -62,8 +62,8 @@ def test_a_persons_mark_that_lapsed_is_in_the_notes():
 
 
 def test_cells_that_a_spreadsheet_would_calculate_are_made_text():
-    names = ["=1+1", "+1", "-1", "@x", "\tx", "\rx", "plain"]
-    assert list(table(*map(result, names))) == ["'=1+1", "'+1", "-1", "'@x", "'\tx", "\\rx", "plain"]
+    names = ["=1+1", "+1", "-1", "@x", "\tx", "\xa0=1", "\rx", "2 =1"]
+    assert list(table(*map(result, names))) == ["'=1+1", "'+1", "-1", "'@x", "'\tx", "'\xa0=1", "\\rx", "2 =1"]
     about = StudentRecord("ada", "=HYPERLINK()", "@x", "-1")
     for row in (
         *table(result(about=("=HYPERLINK()", "@x", "-1"))).values(),
@@ -91,11 +91,6 @@ def test_harmless_text_stays_harmless_and_can_be_written(text):
     assert no_escapes(shown) == shown
     assert "\x1b" not in shown
     shown.encode("utf-8")
-
-
-@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\xa0=1", "\n=1"])
-def test_what_a_spreadsheet_would_calculate_is_made_text(text):
-    assert spreadsheet_cell(text).startswith(f"'{text[0]}") and spreadsheet_cell("2 =1") == "2 =1"
 
 
 CELLS = st.text(st.sampled_from("=+-@;,\"' \xa0a1\n\t"), max_size=12)

@@ -15,12 +15,13 @@ from made_courses import OURS
 
 from labcourse.answers.forms import encode_recording
 from labcourse.benches import SAME, THEIR_OWN, BenchPolicy
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Delivery
 from labcourse.grading.marking.checks import ForAPerson, Number
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import hints
 from labcourse.grading.reports.grades import Reports
-from labcourse.grading.reports.hints import ComparedWork
+from labcourse.grading.reports.hints import ComparedWork, Hint, Likeness
 from labcourse.grading.verdicts import OwnBench
 from rotflex import experiments, hil
 from rotflex.course.questions import CATALOGUE
@@ -218,8 +219,8 @@ def test_a_group_is_no_hint_but_a_third_with_their_file_is():
     assert [len(lines(*(having(f"s{n}", a_py=b"x") for n in range(size)))) for size in (5, 6)] == [1, 0]
 
 
-def test_notebooks_files_of_the_course_empty_ones_and_what_was_handed_out_are_no_hint():
-    files = {"01_ipynb": b"{}", "answers_json": b"{}", "course_json": b"{}", "empty_txt": b"", "data_csv": b"1, 2"}
+def test_files_of_the_course_empty_ones_and_what_was_handed_out_are_no_hint():
+    files = {"answers_json": b"{}", "course_json": b"{}", "empty_txt": b"", "data_csv": b"1, 2"}
     given = {hints.digest(b"1, 2")}
     assert lines(having("ada", given, **files), having("bob", given, **files)) == []
     (line,) = lines(having("ada", **files), having("bob", **files))
@@ -244,11 +245,11 @@ def answered(student, value, status, bench_of=""):
     return graded(student, marks, answers=content, cells=facts(student, bench_of=bench_of, policy=BenchPolicy()))
 
 
-def deliver(book, student, content):
-    book.deliver(student, [Delivery("own.py", sha256(content).hexdigest(), content, WHEN, "a zip")])
+def deliver(book, student, content, name="own.py"):
+    book.deliver(student, [Delivery(name, sha256(content).hexdigest(), content, WHEN, "a zip")])
 
 
-def test_hints_md_has_an_entry_for_each_pair_and_goes_when_there_is_nothing(book, course, tmp_path):
+def test_hints_are_a_page_with_an_entry_for_each_pair_and_data_and_go_when_there_is_nothing(book, course, tmp_path):
     record(book, answered("ada", 1.003, Status.RIGHT), answered("bob", 1.003, Status.WRONG))
     for student in ("ada", "bob"):
         deliver(book, student, b"x = 1")
@@ -258,16 +259,23 @@ def test_hints_md_has_an_entry_for_each_pair_and_goes_when_there_is_nothing(book
     said = file.read_text(encoding="utf-8")
     assert "hint, never a verdict" in said and said.count("## ada, bob\n") == said.count("## ") == 1
     assert "bob: 2.11 omega_n = 1.003 is wrong" in said and "the right answer of ada." in said and "own.py" in said
+    file.write_text("## eve, dan\n* Nobody reads this.\n", encoding="utf-8")
+    number = Hint(Likeness.RIGHT_ELSEWHERE, ("bob", "ada"), ("2.11 omega_n",), (1.003,))
+    assert hints.read(file.parent) == [number, Hint(Likeness.FILES, ("ada", "bob"), ("own.py",))]
+    file.with_suffix(".json").write_text("[{}]", encoding="utf-8")
+    with pytest.raises(GradingError, match=r"hints\.json cannot be read"):
+        hints.read(file.parent)
     record(book, answered("bob", 2.0, Status.RIGHT))
     deliver(book, "bob", b"y = 2")
     reports.write_all()
-    assert not file.exists() and list(reports.notices()) == []
+    assert not file.exists() and hints.read(file.parent) == list(reports.notices()) == []
 
 
 def test_a_pair_that_hands_in_together_is_no_hint_and_neither_are_answers_that_cannot_be_read(book, course):
     record(book, answered("cleo", 3.012, Status.RIGHT), answered("dan", 3.012, Status.WRONG, bench_of="cleo"))
     record(book, graded("bob", mark(), answers=b"not json"), answered("eve", 3.012, Status.WRONG))  # eve has no bench
-    for student in ("cleo", "dan"):
-        deliver(book, student, b"x = 1")
+    for student, content, name in (("cleo", b"x", "a.py"), ("dan", b"x", "a.py"), ("bob", b"{}", "01.ipynb")):
+        deliver(book, student, content, name)
+    deliver(book, "eve", b"{}", "01.ipynb")  # and equal notebooks say nothing
     work = hints.works(book, course)
     assert hints.compared([work(one) for one in book.all_current()], course) == []

@@ -12,7 +12,7 @@ from pages_harm import HOSTILE, harm
 from scoring_class import Client, clients, desk
 
 from labcourse import clock
-from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.result import result_in
 from labcourse.grading.scoring import server
@@ -121,7 +121,7 @@ def test_the_page_of_an_answer_has_all_that_is_known_of_it(ann, book):
     words = ann.get("/" + link("bob", *WORDS)).text
     assert "tia: gave level 2, 0.5 points: “Say why.”" in words and "tia: gave level 4" not in words
     # What the key knows is on no page of a student's.
-    students_own = feedback.page(result_in(book, OURS, book.current("bob")), OURS)
+    students_own = feedback.page(result_in(book, OURS, book.current("bob"), StudentRecord("bob")), OURS)
     assert "student’s bench" not in students_own and MARKED not in students_own and "answer?" not in students_own
 
 

@@ -8,8 +8,7 @@ from scoring_class import COMPARED, LEVELS, RUBRIC, WORDS, desk, fill, texts
 
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.outcomes import Judged, evidence
-from labcourse.grading.scoring import progress
-from labcourse.grading.scoring.desk import MOST_AT_ONCE, Pick, key_of, seen, state
+from labcourse.grading.scoring.desk import MOST_AT_ONCE, Pick, key_of, seen, state, tally
 from labcourse.grading.settings import LevelSettings
 
 EQUAL = ["It bends, for there is friction in the joint.", "it  bends for there is friction in the joint"]
@@ -87,7 +86,7 @@ def test_more_than_fit_on_a_page_come_on_the_next_and_what_was_unticked_comes_ag
 def test_an_answer_that_was_skipped_comes_at_the_end(book):
     made = desk_of(book, texts(5))
     (first,) = made.next("Ann", WORDS)
-    made.put_off("Ann", WORDS, key_of(first.student, WORDS))
+    made.put_off("Ann", key_of(first.student, WORDS))
     read = scored(made, "Ann")
     assert (read[-1], len(read)) == (first.student, 5)
 
@@ -124,14 +123,14 @@ def test_a_mark_by_hand_is_the_mark_and_not_the_level_or_the_question_before_it(
     made.ask("Ann", WORDS, picks([answer]), "Is it?")
     (answer,) = book.scores.answers([WORDS])
     assert state(answer).startswith("Ann asked")
-    found = progress.tally([answer])
+    found = tally([answer])
     assert (found.total, found.done, found.waiting, found.referred) == (1, 0, 0, 1)
     book.set_mark("student-000", *WORDS, 0.2, "copied", "Prof")
     (answer,) = book.scores.answers([WORDS])
     assert answer.decision is None
     assert state(answer).startswith("Prof gave it 0.2 of 1 point at") and state(answer).endswith("UTC: “copied”")
     assert "Prof gave it 0.2 of 1 point" in made.give("Bea", WORDS, shown, level=4).problems[0]
-    found = progress.tally([answer])
+    found = tally([answer])
     assert (found.done, found.other, sum(found.levels.values())) == (1, 1, 0)
 
 

@@ -20,9 +20,9 @@ from set_clock import set_clock
 from labcourse import clock
 from labcourse.errors import GradebookError, GradingError
 from labcourse.grading.gradebook import Gradebook, database
-from labcourse.grading.scoring import guards, server
-from labcourse.grading.scoring.guards import POLICY, TOKEN_HEADER, Scorer, WrongTokens
-from labcourse.grading.scoring.site import Site, at
+from labcourse.grading.scoring import guards, start
+from labcourse.grading.scoring.guards import POLICY, TOKEN_HEADER, Scorer, Site, WrongTokens
+from labcourse.grading.scoring.start import at
 
 SENT = {"question": WORDS[0], "part": WORDS[1]}
 URL = "https://marks.school.edu"
@@ -270,21 +270,21 @@ def test_a_busy_gradebook_is_a_message_and_the_act_can_be_done_again(tmp_path, m
 
 IMPATIENT = """
 import asyncio
-from labcourse.grading.scoring import server
+from labcourse.grading.scoring import start
 
-server.IDLE = 0.5
+start.IDLE = 0.5
 
 async def app(scope, receive, send):
     while (await receive()).get("more_body"):
         pass
     if scope["path"] == "/work":
-        await asyncio.sleep(2 * server.IDLE)
+        await asyncio.sleep(2 * start.IDLE)
     await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"0")]})
     await send({"type": "http.response.body"})
 
-with server.listening(0) as listener:
+with start.listening(0) as listener:
     print(listener.getsockname()[1], flush=True)
-    server.serve(app, listener)
+    start.run(app, listener)
 """
 WHOLE = b"GET / HTTP/1.1\r\nhost: x\r\n\r\n"
 
@@ -308,7 +308,7 @@ def impatient():
     ],
 )
 def test_a_connection_without_a_whole_request_is_closed(impatient, before, sent):
-    assert server.IDLE == 30
+    assert start.IDLE == 30
     with impatient() as client:
         client.sendall(before)
         assert not before or b"200 OK" in client.recv(1000)

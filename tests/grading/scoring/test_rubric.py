@@ -54,9 +54,9 @@ def test_all_parts_that_a_person_marks_are_read_in_the_catalogues_order(read):
     backwards = "\n".join(map(entry, reversed(PLACES)))
     items = read(backwards)
     assert list(items) == [("1.1", "why"), ("1.2", "loss"), ("Report", "aim"), ("Report, as a whole", "order")]
-    assert items["1.2", "loss"] == rubric.RubricItem(
-        ("1.2", "loss"), "The cause.", {4: "Cause and size.", 3: "Cause.", 2: "Part of it.", 1: "None."}, ("Say why.",)
-    )
+    loss = items["1.2", "loss"]
+    assert (loss.look_for, loss.remarks) == ("The cause.", ("Say why.",))
+    assert loss.levels == {4: "Cause and size.", 3: "Cause.", 2: "Part of it.", 1: "None."}
 
 
 def test_a_text_may_be_written_over_several_lines_and_remarks_may_be_left_out(read):
