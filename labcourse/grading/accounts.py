@@ -51,7 +51,7 @@ def points(number: float) -> str:
 
 
 def worth(number: float) -> str:
-    """Format points with the word: "1 point", "1.5 points"."""
+    """Format points with two decimals at most and their word: "1 point", "1.5 points"."""
     text = points(number)
     return "1 point" if text == "1" else f"{text} points"
 
@@ -60,7 +60,9 @@ def worth(number: float) -> str:
 
 
 def unknown_names(settings: CourseSettings, students: Iterable[StudentRecord]) -> tuple[list[str], list[str]]:
-    """Find names in the settings that a class does not have; such a slip would cost somebody a mark.
+    """Find students and sections that the settings name and the class does not have.
+
+    Such a slip would cost a student points.
 
     Parameters
     ----------
@@ -72,7 +74,7 @@ def unknown_names(settings: CourseSettings, students: Iterable[StudentRecord]) -
     list[str]
         Sections in deadlines.
     list[str]
-        Students and sections in extensions.
+        Students, and after them sections, in extensions.
     """
     students = list(students)
     known = {caseless(name) for student in students for name in (student.student, *student.aliases)}
@@ -94,10 +96,10 @@ class AccountItem:
 
     Attributes
     ----------
-    question, part : which
+    question, part : number of the question, and name of the part
     notebook : in which it is asked, and with which it is due; "" if the course does not ask it any more
-    points : earned; None if they are not decided
-    out_of : possible points
+    points : earned, without weight and lateness; None if they are not decided
+    out_of : possible points, without weight
     dropped_as : the name by which the settings leave it out; "" if it counts
     weighted_as : the name by which the settings give it another weight; "" if they do not
     weight : factor of the points and of what they are out of
@@ -116,7 +118,7 @@ class AccountItem:
 
     @property
     def weighted(self) -> Fraction:
-        """Points with their weight, before lateness."""
+        """Points with their weight, before lateness; 0 while they are not decided."""
         return self.weight * (self.points or 0)
 
     @property
@@ -132,7 +134,7 @@ class AssignmentGrade:
     Attributes
     ----------
     assignment : which; with title "" for marks that are in no assignment
-    works : its notebooks, as they are now
+    works : the states of its notebooks
     all_items : each mark in it that is worth points, also those that do not count
     is_given_back : whether the reader may see its marks
     """
@@ -149,7 +151,10 @@ class AssignmentGrade:
 
     @cached_property
     def state(self) -> State:
-        """The least advanced state of its notebooks; if some are not excused, of these."""
+        """The least advanced state of the notebooks from which the student is not excused; if excused from all, of all.
+
+        Marks that are in no assignment are marked.
+        """
         counting = [work for work in self.works if work.excuse is None] or self.works
         return least([work.state for work in counting] or [State.MARKED])
 
@@ -160,7 +165,7 @@ class AssignmentGrade:
 
     @property
     def is_due(self) -> bool:
-        """Whether all of it is due."""
+        """Whether all of its notebooks are due."""
         return all(work.is_due for work in self.works)
 
     @cached_property
@@ -170,29 +175,32 @@ class AssignmentGrade:
 
     @property
     def is_empty(self) -> bool:
-        """Whether it has no points yet, which is not the same as none: it is not due, graded or given back."""
+        """Whether it has no points yet, which is not the same as 0 points.
+
+        Its marks are not given back, or, by the least advanced of its notebooks, it is not due or not graded yet.
+        """
         open_yet = self.state is State.UNTOUCHED and not self.is_due
         return open_yet or not self.is_given_back or self.state in (State.NOT_DUE, State.HANDED_IN)
 
     @property
     def until(self) -> datetime | None:
-        """When the last of it is due; None without any date."""
+        """When the last of its notebooks is due; None if none has a date."""
         return max((work.until for work in self.works if work.until is not None), default=None)
 
     @property
     def days_late(self) -> int:
-        """Days by which the latest of its notebooks came late."""
+        """Days by which the latest of its notebooks was late; 0 if none was."""
         return max((work.days_late for work in self.works), default=0)
 
     @property
     def items(self) -> list[AccountItem]:
-        """The marks from which the student is not excused."""
+        """The marks in the notebooks from which the student is not excused, also those that the settings drop."""
         excused = {work.notebook for work in self.works if work.excuse is not None}
         return [item for item in self.all_items if item.notebook not in excused]
 
     @cached_property
     def counting(self) -> list[AccountItem]:
-        """The marks that count."""
+        """The marks that count: neither excused nor dropped."""
         return [item for item in self.items if not item.dropped_as]
 
     @property
@@ -212,7 +220,10 @@ class AssignmentGrade:
 
     @cached_property
     def out_of(self) -> Fraction:
-        """What its column is out of; that does not depend on whether the student is excused from all of it."""
+        """What its column is out of: as the settings say, else the possible points of the marks that count.
+
+        If the student is excused from all of it, it is what it is out of for others.
+        """
         if self.assignment.out_of is not None:
             return exact(self.assignment.out_of)
         items = self.all_items if self.is_excused else self.items
@@ -220,12 +231,15 @@ class AssignmentGrade:
 
     @property
     def points(self) -> Fraction:
-        """Points in its column, not rounded, as far as they are decided."""
+        """Points on the scale of its column (:attr:`out_of`), not rounded, as far as they are decided."""
         return self.earned * ratio(self.out_of, self.possible)
 
     @property
     def points_text(self) -> str:
-        """Points in its column, rounded, as "9.50"; "" while they are not decided, and if the student is excused."""
+        """Points on the scale of its column, rounded, as "9.50".
+
+        It is "" while some are not decided or it has none yet, if the student is excused, and if it is out of nothing.
+        """
         unknown = self.is_empty or self.undecided or self.state is State.NOT_GRADED
         if unknown or self.is_excused or not self.possible:
             return ""
@@ -266,16 +280,22 @@ class Account:
 
     @cached_property
     def so_far(self) -> list[AssignmentGrade]:
-        """The assignments that count so far."""
+        """The assignments that count so far; one without title has the marks that are in no assignment."""
         return [one for one in self.assignments if one.counts]
 
     @property
     def later(self) -> str:
-        """The titles of what does not count yet."""
+        """The titles of the assignments that do not count yet, without those from which the student is excused."""
         return ", ".join(one.title for one in self.assignments if not one.counts and not one.is_excused)
 
     def given_back(self, notebooks: Collection[str] | None) -> Account:
-        """Return it as the student may see it, when the marks of some notebooks were given back (None: of all)."""
+        """Return the account as the student may see it.
+
+        Parameters
+        ----------
+        notebooks : names, without ending, of those of which the marks were given back; None for all. An assignment is
+            given back when all of its notebooks are.
+        """
         if notebooks is None:
             return self
         back = [replace(one, is_given_back={*one.assignment.notebooks} <= {*notebooks}) for one in self.assignments]
@@ -283,12 +303,12 @@ class Account:
 
     @cached_property
     def items(self) -> list[AccountItem]:
-        """Each mark of :attr:`so_far` that is worth points, also those that do not count."""
+        """The marks in :attr:`so_far` that are worth points, also those that the settings drop."""
         return [item for one in self.so_far for item in one.items]
 
     @cached_property
     def counting(self) -> list[AccountItem]:
-        """The marks that count so far."""
+        """The marks that count so far: in an assignment that counts so far, and neither excused nor dropped."""
         return [item for one in self.so_far for item in one.counting]
 
     @cached_property
@@ -298,11 +318,14 @@ class Account:
 
     @property
     def timings(self) -> list[Timing]:
-        """Notebooks that earned something and came late, in time only by an extension, or at an unknown time."""
-        there = {item.notebook for item in self.counting if item.points != 0}
+        """The timings of notebooks that came late, in time only by an extension, or at an unknown time.
+
+        Notebooks that earned nothing, or that cannot be read, are left out; those with undecided points are not.
+        """
+        earning = {item.notebook for item in self.counting if item.points != 0}
         read = [work for one in self.so_far for work in one.works if not work.is_unread]
-        times = [work.timing for work in read if work.notebook in there]
-        return [time for time in times if time and (time.days or time.extended or time.received is None)]
+        timings = [work.timing for work in read if work.notebook in earning]
+        return [timing for timing in timings if timing and (timing.days or timing.extended or timing.received is None)]
 
     @cached_property
     def earned(self) -> Fraction:
@@ -311,12 +334,12 @@ class Account:
 
     @property
     def so_far_text(self) -> str:
-        """These points, rounded, as "7.30"."""
+        """Points so far, as far as they are decided, rounded, as "7.30"."""
         return to_hundredths(self.earned)
 
     @cached_property
     def out_of(self) -> Fraction:
-        """What these points are out of, undecided ones included."""
+        """What the points so far are out of, undecided ones included; without assignments in which nothing counts."""
         return sum((one.out_of for one in self.so_far if one.possible), Fraction(0))
 
     def as_data(self) -> dict[str, Any]:
@@ -329,7 +352,7 @@ class Account:
         }
 
     def explanations(self) -> list[str]:
-        """Explain what is special about these points, so that they can be computed again by hand."""
+        """Return sentences on what is special about the points so far, so that they can be computed again by hand."""
         lines = [f"Not counted so far, as it is not due or not given back: {self.later}."] if self.later else []
         if dropped := dict.fromkeys(item.dropped_as for item in self.items if item.dropped_as):
             lines.append(f"Not counted: {', '.join(dropped)}.")
@@ -374,7 +397,7 @@ def account_of(course: Course, handed: Handed, when: datetime | None = None) -> 
     ----------
     course : with its settings and its catalogue
     handed : what there is of the student: all marks, also those by persons
-    when : the time by which work is due or not; now, if it is None
+    when : the time at which it is asked what is due; now, if it is None
     """
     settings, work = course.settings, works(course, handed, when)
     items = defaultdict[str, list[AccountItem]](list)
@@ -385,17 +408,21 @@ def account_of(course: Course, handed: Handed, when: datetime | None = None) -> 
     rest = Assignment("", tuple(items.keys() - work.keys()))
     grades = []
     for one in [*of_course(course), rest]:
-        there = tuple(work[name] for name in one.notebooks if name in work)
-        own = tuple(item for name in one.notebooks for item in items[name])
-        grades.append(AssignmentGrade(one, there, own))
+        own_works = tuple(work[name] for name in one.notebooks if name in work)
+        own_items = tuple(item for name in one.notebooks for item in items[name])
+        grades.append(AssignmentGrade(one, own_works, own_items))
     return Account(tuple(grades), settings.late)
 
 
 def _item(mark: Mark, notebook: str, work: Work | None, settings: CourseSettings) -> AccountItem:
-    """Return a mark as it counts. It is not decided if the file cannot be read, or while its time may cost points."""
-    marks, where, due = settings.marks, (mark.question, mark.part), None if work is None else work.timing
+    """Make the account item of a mark.
+
+    Leave its points undecided if the mark is not decided, if the file of its notebook cannot be read, or if lateness
+    costs points and a person has still to decide when the notebook was handed in.
+    """
+    marks, where, timing = settings.marks, (mark.question, mark.part), None if work is None else work.timing
     unread = work is not None and work.is_unread
-    undecided = mark.status in UNDECIDED or unread or (due is not None and due.waits and settings.late.per_day)
+    undecided = mark.status in UNDECIDED or unread or (timing is not None and timing.waits and settings.late.per_day)
     return AccountItem(
         *where,
         notebook,
@@ -404,10 +431,10 @@ def _item(mark: Mark, notebook: str, work: Work | None, settings: CourseSettings
         dropped_as=marks.dropped_as(*where),
         weighted_as=marks.weighted_as(*where),
         weight=exact(marks.weight(*where)),
-        lost_share=Fraction(0) if due is None else due.lost_share,
+        lost_share=Fraction(0) if timing is None else timing.lost_share,
     )
 
 
 def _when(moment: datetime, zone_of: datetime) -> str:
-    """Write a time to the minute, in the time zone of another."""
+    """Write a time to the minute, in the time zone of ``zone_of``."""
     return f"{moment.astimezone(zone_of.tzinfo):%Y-%m-%d %H:%M %Z}"

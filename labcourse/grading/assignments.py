@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from labcourse.grading.course import Course
 
 _DAY = timedelta(days=1)
-_NOTHING_GIVEN = {Status.MISSING, Status.NOT_MARKED, Status.SUPPLIED}
+#: Statuses of marks from which it does not follow that there is work of the student's.
+_SHOWS_NO_WORK = {Status.MISSING, Status.NOT_MARKED, Status.SUPPLIED}
 
 
 def exact(number: float) -> Fraction:
@@ -42,7 +43,8 @@ def exact(number: float) -> Fraction:
 def of_course(course: Course) -> list[Assignment]:
     """Return the assignments of a class, in the order of their notebooks.
 
-    A notebook in which something counts, and that no assignment of the settings names, is an assignment of its own.
+    A notebook that no assignment of the settings names is an assignment of its own, if it has a part that is worth
+    points and that the settings do not drop.
     """
     asked = course.asked_catalogue
     parts = [(question, part) for question in asked.marked.values() for part in question.parts if part.points]
@@ -54,13 +56,18 @@ def of_course(course: Course) -> list[Assignment]:
 
 
 def short(notebook: str) -> str:
-    """Return a notebook's number, if it has one: "02" of "02_speed.ipynb"."""
+    """Return the number of a notebook, as "02" of "02_speed"; for a name without a number, the name without ending."""
     number = notebook.partition("_")[0]
     return number if number.isdigit() else notebook.removesuffix(".ipynb")
 
 
 def find(course: Course, name: str) -> Assignment:
-    """Return the assignment with a title, with a notebook of a name, or with a notebook of a number, as "02".
+    """Return the assignment that ``name`` means, without regard to capitals.
+
+    Parameters
+    ----------
+    course : with its settings
+    name : title of the assignment, or else the name (without ending) or the number (as "02") of one of its notebooks
 
     Raises
     ------
@@ -76,9 +83,9 @@ def find(course: Course, name: str) -> Assignment:
 
 
 def given_back(publications: Iterable[Publication]) -> frozenset[str] | None:
-    """Return the notebooks, without ending, that students may see the marks of; None for all of them.
+    """Return the notebooks, without ending, of which students may see the marks; None for all notebooks.
 
-    It is all of them until feedback of some assignments is given back.
+    They are all notebooks without any publication, and if one of the publications is of all notebooks.
     """
     notebooks = [publication.notebooks for publication in publications]
     if not all(notebooks) or not notebooks:
@@ -120,7 +127,7 @@ class Timing:
         return self.clock == ""
 
 
-def timing(settings: CourseSettings, student: StudentRecord, notebook: str, arrival: Arrival | None) -> Timing | None:
+def lateness(settings: CourseSettings, student: StudentRecord, notebook: str, arrival: Arrival | None) -> Timing | None:
     """Compare the arrival of a student's notebook with its deadline; return None if it has no deadline.
 
     Of several deadlines and extensions that apply, the latest counts. A time that only the student's computer wrote is
@@ -159,7 +166,10 @@ def timing(settings: CourseSettings, student: StudentRecord, notebook: str, arri
 
 
 def _days_late(received: datetime | None, due: datetime, grace_hours: float) -> int:
-    """Count the days from the end of the grace; each day that has begun counts."""
+    """Count the days from the end of the hours of grace to the receipt; a day that has begun counts as one.
+
+    Return 0 if it was received before, and if ``received`` is None.
+    """
     return 0 if received is None else max(0, -((due + timedelta(hours=grace_hours) - received) // _DAY))
 
 
@@ -192,7 +202,7 @@ class Work:
     notebook : name without ending
     state : of it
     is_due : whether it is due, so that it counts; extensions and hours of grace are in it
-    until : when it is due for this student, without hours of grace; None without any date
+    until : when it is due for this student, without hours of grace; None if no notebook has a deadline
     timing : when it was due, and handed in; None without a deadline
     excuse : the act that excuses the student; None if they are not excused
     is_unread : whether a file came that cannot be read, and no person has given points for it
@@ -224,7 +234,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Handed:
-    """What there is of a student, from which the states of their work follow.
+    """What a gradebook has of a student, from which the states of their work follow.
 
     Attributes
     ----------
@@ -243,42 +253,51 @@ class Handed:
 
 
 def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[str, Work]:
-    """Return each piece of work of a student: notebook of an assignment, without ending → work.
+    """Determine the state of each notebook of a student.
+
+    A notebook without a deadline of its own is due with the last one that has one. If no notebook has a deadline, all
+    are due.
 
     Parameters
     ----------
     course : with its settings
     handed : what there is of the student
-    when : the time by which work is due or not; now, if it is None
+    when : the time at which it is asked what is due; now, if it is None
+
+    Returns
+    -------
+    dict
+        Name, without ending, of each notebook of an assignment → the student's work in it.
     """
     settings, when, graded = course.settings, when or clock.now(), handed.graded
     names = [name for assignment in of_course(course) for name in assignment.notebooks]
-    times = {name: timing(settings, handed.student, name, handed.received.get(f"{name}.ipynb")) for name in names}
-    last = max((time.until for time in times.values() if time is not None), default=None)
+    timings = {name: lateness(settings, handed.student, name, handed.received.get(f"{name}.ipynb")) for name in names}
+    last = max((timing.until for timing in timings.values() if timing is not None), default=None)
     grace = timedelta(hours=settings.late.grace_hours)
     untouched = submission_of(graded.run).untouched if graded is not None else ()
     problems = () if graded is None else graded.run.problems
     unread = [one for one in problems if isinstance(one, Problem) and one.code is Code.SUBMISSION_UNREAD]
     statuses = _statuses(course, handed.marks)
     found = {}
-    for name, time in times.items():
-        until = last if time is None else time.until  # without a date of its own, it is due with the last
+    for name, timing in timings.items():
+        until = last if timing is None else timing.until
         is_due = until is None or when > until + grace
-        state = _state_if_there(handed, name, statuses[name], bool(time and time.waits and settings.late.per_day))
+        undecided_time = bool(timing and timing.waits and settings.late.per_day)
+        state = _state_if_there(handed, name, statuses[name], undecided_time)
         if state is None:
             may_be_there = any(f"{name}.ipynb" in one.parameters.get("notebooks", [f"{name}.ipynb"]) for one in unread)
-            due = State.NOT_GRADED if may_be_there else State.MISSING
-            state = due if is_due else State.NOT_DUE
+            absent = State.NOT_GRADED if may_be_there else State.MISSING
+            state = absent if is_due else State.NOT_DUE
         elif name in untouched:
             state = State.UNTOUCHED
-        came = f"{name}.ipynb" in handed.received or statuses[name] - _NOTHING_GIVEN
-        is_unread = state is State.NOT_GRADED and not came
-        found[name] = Work(name, state, is_due, until, time, handed.excuses.get(name), is_unread)
+        shows_work = f"{name}.ipynb" in handed.received or statuses[name] - _SHOWS_NO_WORK
+        is_unread = state is State.NOT_GRADED and not shows_work
+        found[name] = Work(name, state, is_due, until, timing, handed.excuses.get(name), is_unread)
     return found
 
 
 def _statuses(course: Course, marks: Iterable[Mark]) -> dict[str, set[Status]]:
-    """Return notebook, without ending → the statuses of the marks in it that count."""
+    """Return notebook, without ending → the statuses of its marks that are worth points and are not dropped."""
     found = defaultdict[str, set[Status]](set)
     for mark in marks:
         if mark.out_of and not course.settings.marks.dropped_as(mark.question, mark.part):
@@ -287,9 +306,19 @@ def _statuses(course: Course, marks: Iterable[Mark]) -> dict[str, set[Status]]:
 
 
 def _state_if_there(handed: Handed, name: str, statuses: set[Status], undecided_time: bool) -> State | None:
-    """Return the state of a notebook that was handed in; None if it was not."""
+    """Return the state of a notebook of which there is a file, even one that cannot be read, or a mark that shows work.
+
+    Return None if there is neither.
+
+    Parameters
+    ----------
+    handed : what there is of the student
+    name : of the notebook, without ending
+    statuses : of its marks that count
+    undecided_time : whether an instructor has to decide when it was handed in, and lateness costs points
+    """
     file, graded = f"{name}.ipynb", handed.graded
-    if file not in handed.received and statuses <= _NOTHING_GIVEN:
+    if file not in handed.received and statuses <= _SHOWS_NO_WORK:
         return State.NOT_GRADED if graded is not None and is_unread(file, graded.run.problems) else None
     if graded is None and not handed.marks:
         return State.HANDED_IN

@@ -61,7 +61,7 @@ class Settings:
     supplied : values that the instructor gives in place of missing answers
     times : name of a file or folder among the submissions, or a student's ID → when it was handed in
     zone : time zone of times in names and in zips, which do not say their zone
-    again : IDs of persons who were erased, and begin anew
+    again : IDs of persons who were erased, and are taken in again as new persons
     decisions : what the instructor decided about submissions (``intake.csv``)
     only : the assignment for which the submissions were handed in; None for all
     platform : the learning platform that named the submissions; "" if their names say it
@@ -87,20 +87,21 @@ class Batch:
 
     Parameters
     ----------
-    submissions : folder that holds a folder or a zip for each student; or, to grade what the gradebook holds of an
-        earlier one, ID of each student → what to know of their run
+    submissions : folder that holds a folder or a zip for each student; or, to grade the files that the gradebook has
+        taken over from an earlier one, ID of each student → what to know of their run
     course : the course, with its key
     gradebook : where results are stored
     settings : how to grade
 
     Attributes
     ----------
-    ignored : why something among the submissions is not taken in
+    ignored : why things are not taken in: what lies among the submissions, erased persons, and stored releases
     students : IDs of the students with a submission to grade
     sources : what was read, to which rows of ``intake.csv`` belong: archives, folders, files, and students
     absent : students of the gradebook's roster who have not handed in anything
     doubts : what an instructor may decide otherwise; complete when all are graded
-    left_out : notebooks that are not taken, as they are of another assignment; complete as above
+    left_out : problems that name notebooks that are not taken, as they are of another assignment; complete when all are
+        graded
 
     Raises
     ------
@@ -152,7 +153,7 @@ class Batch:
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
 
     def grade(self) -> Iterator[Submission]:
-        """Grade all submissions. Yield each as soon as it is in the gradebook.
+        """Grade all submissions, several at a time. Yield each as soon as it is in the gradebook.
 
         Raises
         ------
@@ -181,12 +182,12 @@ class Batch:
                 pool.stop()
 
     def _begun(self) -> Iterator[Submission]:
-        """Yield the submissions that wait, and let go of them: each holds all its files once it is read."""
+        """Yield the submissions that wait to be graded, and keep none: each holds all its files once it is read."""
         while self._waiting:
             yield self._waiting.popleft()
 
     def _grade(self, submission: Submission, pool: runner.Pool, marker: Marker) -> Submission:
-        """Grade one submission; only IsolationError is raised, and any other error becomes a failed grading."""
+        """Grade one submission, without storing marks. Only IsolationError is raised; others make it fail."""
         submission.before = current = self._gradebook.current(submission.student)
         try:
             self._read(submission)
@@ -224,9 +225,11 @@ class Batch:
         submission.prepared_from = self._prepared_from(submission)
 
     def _limit_to(self, only: Assignment, submission: Submission, owner: str) -> None:
-        """Leave out the notebooks of other assignments in which the student wrote something and handed it in before.
+        """Leave out notebooks of other assignments that the student handed in before with something written in them.
 
-        What cannot be read makes nothing undecided but the notebooks of the assignment.
+        One that differs from the version before is noted.
+
+        What cannot be read of the submission makes only notebooks of the assignment undecided.
 
         Parameters
         ----------
@@ -252,7 +255,7 @@ class Batch:
                 self.left_out.append(note)
 
     def _prepared_from(self, submission: Submission) -> str:
-        """Return the digest of all that a submission is prepared from: it is prepared again only if this changes."""
+        """Return the digest of all that preparing a submission depends on: if it is the same, nothing is prepared."""
         course_program_and_settings = self._basis
         found = [submission.student, submission.bench_of, submission.partners, submission.claimed_by]
         files = [(item.name, item.digest, item.received, item.source, item.clock) for item in submission.items]
@@ -262,7 +265,7 @@ class Batch:
         return content_digest([course_program_and_settings, found, files, read, said, stored])
 
     def _prepare(self, submission: Submission) -> None:
-        """Store the new files of a submission, and prepare for the run what counts: the newest of each notebook."""
+        """Store the new files of a submission, and prepare for the run the newest version of each file."""
         earlier = store_submission(self._gradebook, submission)
         # What another program stores from now on is new the next time.
         submission.prepared_from = self._prepared_from(submission)
@@ -279,9 +282,9 @@ class Batch:
         prepare(submission, chosen.bundle, self._course.catalogue, every_cell=every_cell, supplied=supplied)
 
     def _identify(self, submission: Submission) -> None:
-        """Give a submission the digests by which equal ones are known: of all that its run depends on, and of it all.
+        """Set two digests by which an equal submission is known: of all that its run depends on, and of all of it.
 
-        The probe seed is the settings', or else drawn from the gradebook's secret.
+        Set the probe seed, too: that of the settings, or else one drawn from the gradebook's secret and the run.
         """
         content = run_content(submission)
         run = content_digest([submission.student, content, self._how])
@@ -293,9 +296,9 @@ class Batch:
         submission.digest = submission_digest(submission, content)
 
     def _run(self, submission: Submission, pool: runner.Pool, marker: Marker) -> None:
-        """Run a submission, or take the run that the gradebook has of equal content: its answers and reports on cells.
+        """Run a submission, or take what came back from the run of equal content that the gradebook has.
 
-        Without notebooks nothing is run.
+        If there are no notebooks of the course, nothing is run.
         """
         if known := self._gradebook.find(submission.key):
             run = graded_run.submission_of(known.run)
@@ -324,7 +327,7 @@ class Batch:
         submission.evidence = files.get(EVIDENCE_FILE, b"")
 
     def _explain(self, submission: Submission) -> None:
-        """Fill in all messages: what stopped, why answers are missing, and which reports are PDFs."""
+        """Fill in what marking needs besides the answers; add problems and notes on what stopped or is missing."""
         bundle, catalogue, cells = submission.bundle, self._course.catalogue, submission.cell_reports
         submission.documents = documents = report_files.of_files(submission.pdfs, catalogue)
         submission.asked, submission.policy = self._asked(bundle), bundle.policy
@@ -361,7 +364,7 @@ class Batch:
         submission.notes += reasons.harmless
 
     def _mark(self, submission: Submission, marker: Marker) -> None:
-        """Mark a run by the key; give no points if nothing of the course could be read in the submission."""
+        """Mark a run by the key; give no points if no notebook and no report of the course could be read."""
         run = graded_run.record_of(submission, isolated=self._settings.isolated)
         if submission.handed_in or submission.pdfs:
             submission.graded = graded_run.mark(run, marker, self._key_digest)
@@ -370,14 +373,16 @@ class Batch:
         submission.graded = Graded(run, graded_run.with_unconfirmed(marks, submission.waits), self._key_digest)
 
     def _store(self, submission: Submission) -> Submission:
-        """Store a submission's marks, if they are new; return it with the marks that count."""
+        """Store a submission's run and marks, if they are new; return the submission with the marks that count."""
         if submission.is_new:
             reason = "run" if submission.has_run else "marked again"
             submission.graded = graded_run.store(self._gradebook, submission.graded, "labcourse grade", reason)
         return submission
 
     def _failed(self, submission: Submission, error: Exception) -> Graded:
-        """Return what to store if grading fails: the student's marks so far, or marks that say "not marked".
+        """Return the run and the marks to store if grading fails.
+
+        The marks are the student's earlier ones, with a problem that says so; without any, all are "not marked".
 
         The key's digest is "", so that the submission is graded again the next time.
         """
@@ -394,12 +399,12 @@ class Batch:
         return Graded(graded_run.record_of(failed, isolated=self._settings.isolated), marks, "")
 
     def _supplied(self, submission: Submission) -> list[Supplied]:
-        """Return the values for a student's missing answers: those in the gradebook, and those of the settings."""
+        """Return the values for a student's missing answers: of the gradebook, or in their place of the settings."""
         earlier = submission.before.run.supplied if submission.before else {}
         return values_for(submission.student, earlier, self._settings.supplied, self._course.catalogue)
 
     def _asked(self, bundle: Bundle) -> list[Where] | None:
-        """Return the (question, part) that a release asks for; None if that is the whole course."""
+        """Return the (question, part) that a bundle's release asks for; None if that is all that the course asks."""
         if bundle.release != self._bundles.current.release:
             return sorted(bundle.asked_parts)
         asked = self._course.asked_catalogue
@@ -409,18 +414,18 @@ class Batch:
         return [(number, name) for number, question in asked.marked.items() for name in question.names]
 
     def _no_points(self, reason: Problem, status: Status, bundle: Bundle) -> tuple[Mark, ...]:
-        """Return marks without points for all that the release asks."""
+        """Return marks of 0 points, with this reason and status, for all that the release of a bundle asks for."""
         return marking.nothing_earned(self._course, reason, status, self._asked(bundle))
 
 
 def _unchanged(submission: Submission, current: Graded) -> Submission:
-    """Return a submission with the run and the marks that count already."""
+    """Return a submission with the run and the marks that counted before, as nothing about it has changed."""
     submission.graded, submission.has_run, submission.is_new = current, False, False
     return submission
 
 
 def _code_digest() -> str:
-    """Return the digest of this package's modules, by which submissions are prepared."""
+    """Return the digest of all modules of labcourse; submissions are prepared again when one changes."""
     digest = hashlib.sha256()
     for path in sorted(Path(labcourse.__file__).parent.rglob("*.py")):
         digest.update(f"{path} ".encode() + hashlib.sha256(path.read_bytes()).digest())
@@ -428,7 +433,7 @@ def _code_digest() -> str:
 
 
 def _not_there(submission: Submission, catalogue: Catalogue) -> dict[Where, Problem]:
-    """Return why there are no answers in notebooks that are not there or cannot be read: (question, part) → why."""
+    """Return (question, part) → why there is no answer, for notebooks that were not handed in or cannot be read."""
     why: dict[Where, Problem] = {}
     for number, question in catalogue.marked.items():
         notebook = f"{question.notebook}.ipynb"
@@ -440,20 +445,22 @@ def _not_there(submission: Submission, catalogue: Catalogue) -> dict[Where, Prob
 
 
 def _stored(runs: Mapping[str, EarlierRun], named: Callable[[str], Collection[str] | None]) -> list[Submission]:
-    """Return a submission for each student; the files are in the gradebook, as theirs or as their partner's.
+    """Return a submission without pieces for each student of an earlier gradebook, with the partner who handed in.
+
+    The files are in the gradebook already.
 
     Parameters
     ----------
     runs : ID of each student → what to know of their run
-    named : function that returns the students whom the ``course.json`` of a student names
+    named : function of a student's ID: returns the students whom their ``course.json`` names; None without files
     """
     submissions = []
     for student, run in runs.items():
         bench_of = run.bench_of or student
         # The bench may be the student's own, although a partner handed in.
-        partners = (one for one, other in runs.items() if other.has_files and other.bench_of == run.bench_of)
-        of_both = (one for one in partners if caseless(student) in map(caseless, named(one) or ()))
-        partner = student if run.has_files else next(of_both, bench_of)
+        same_bench = (one for one, other in runs.items() if other.has_files and other.bench_of == run.bench_of)
+        partners = (one for one in same_bench if caseless(student) in map(caseless, named(one) or ()))
+        partner = student if run.has_files else next(partners, bench_of)
         submission = Submission(student=student, bench_of=bench_of)
         if partner != student:
             submission.claimed_by = partner
@@ -478,7 +485,7 @@ def store_submission(gradebook: Gradebook, submission: Submission) -> list[str]:
     Returns
     -------
     list
-        Names of the files that were there before.
+        Names of the files that were handed in before, by the student or by that partner.
     """
     students = filter(None, (submission.student, submission.claimed_by))
     earlier = [name for student in students for name, *_about in gradebook.stored(student)]
@@ -488,10 +495,15 @@ def store_submission(gradebook: Gradebook, submission: Submission) -> list[str]:
 
 
 def delivered(gradebook: Gradebook, submission: Submission, masters: Mapping[str, intake.Master]) -> list[Delivery]:
-    """Return all files that were handed in for a student until now; parameters as for :func:`store_submission`.
+    """Return the files that were handed in for a student until now. Two versions of a partner's file may be among them.
 
-    What a partner handed in, whatever its time, replaces no notebook in which the student wrote something and that they
-    handed in themselves. ``masters`` are the course's notebooks, by file name.
+    A partner's files replace the student's own of the same names, whatever their times; but no notebook that the
+    student handed in themselves with something written in it.
+
+    Parameters
+    ----------
+    gradebook, submission : as for :func:`store_submission`
+    masters : file name → cells of the course's notebooks
     """
     own = gradebook.delivered(submission.student)
     if not submission.claimed_by:
@@ -504,9 +516,9 @@ def delivered(gradebook: Gradebook, submission: Submission, masters: Mapping[str
 
 
 def students_named_before(gradebook: Gradebook, student: str) -> list[str] | None:
-    """Return whom the ``course.json`` that a student handed in last names; None if the student handed in nothing.
+    """Return the students whom a student's last ``course.json`` names; [] if there is none that can be read.
 
-    Somebody who names this student as a partner should be among them.
+    Return None if the student handed in no files besides notebooks.
     """
     delivered = {delivery.name: delivery for delivery in gradebook.delivered(student, notebooks=False)}
     if not delivered:
@@ -515,14 +527,15 @@ def students_named_before(gradebook: Gradebook, student: str) -> list[str] | Non
 
 
 def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[Submission]) -> list[Submission]:
-    """Delete files that are stored as one student's, and are another's as the instructor decided.
+    """Delete the stored files of a submission from students who are not its owner, if the instructor decided who is.
 
-    The owner gets them when the submission is stored.
+    The owner's are stored with the submission.
 
     Returns
     -------
     list
-        An empty submission for each earlier owner without a submission now, so that their marks are made anew.
+        An empty submission for each student who lost files and has no submission now, so that their marks are made
+        anew.
     """
     present = {caseless(submission.student) for submission in submissions}
     emptied: dict[str, Submission] = {}
@@ -560,7 +573,7 @@ def leave_out_erased(
     Returns
     -------
     tuple
-        the other submissions, and a problem for each erased person who is in a submission
+        the other submissions; and a problem for each submission of an erased person, or on an erased person's bench
     """
     named = {each.student for each in submissions} | {each.bench_of for each in submissions if each.bench_of}
     anew = set(map(caseless, again))

@@ -57,7 +57,7 @@ class StatedNumber:
 
 
 def _default_settings() -> CourseSettings:
-    """Return settings with all defaults; the module is imported only when they are needed."""
+    """Return settings with all defaults; their module is imported only when they are needed."""
     from labcourse.grading.settings import CourseSettings
 
     return CourseSettings()
@@ -72,30 +72,32 @@ class Course:
     name : of the folder and the zip that students get
     catalogue : of its questions; once it is loaded, of those of the class, without optional notebooks that are off
     key : question → part → check; once it is loaded, for these questions
-    bench : student's ID, which bench each student has → that student's bench as it really is, for the checks of the key
+    bench : function of a student's ID and a policy of benches: returns that student's bench as it really is, for the
+        checks of the key
     title : of the course, for people; a title in the settings replaces it
     presets : names of the benches that all students may be given
     draw : version of how it draws benches
-    own_seed : a student's ID → the seed of their own bench, by which a partner keeps it when the student is erased;
-        None where benches are not drawn from seeds
+    own_seed : function of a student's ID: returns the seed of their own bench, by which a partner keeps the bench when
+        the student is erased; None where benches are not drawn from seeds
     given : (question, part) → function of a student's ID and a policy, for classes that are not asked the part: it
         returns the value that they are given. For the ID "" of a release, None says that each session works it out
     benches : name of each of the laboratory's benches with known truth → what is wrong with it, or ""
     evidence : function of the students' package, "package.module:function", that reads the files which a student
         brought from a laboratory's bench, and returns plain data; it is called in the sandbox
-    bench_of_evidence : policy, what that function returned (JSON, a claim) → the bench that the files were made at, for
-        a policy of the laboratory's benches. Its ``problems`` and ``notes`` are reported; where its ``is_known`` is
-        false, a person marks what was measured
-    knows_bench : the notebooks' parameters → whether the truth of the bench that they are run on is known. What answers
-        say of their bench is a claim: it is compared with the truth's ``identity``, if that has one, and reported
+    bench_of_evidence : function of a policy of the laboratory's benches, and of what ``evidence`` returned (JSON, a
+        claim): returns the bench that the files were made at. The ``problems`` and ``notes`` of the bench are reported;
+        where its ``is_known`` is false, a person marks what was measured
+    knows_bench : function of the notebooks' parameters: returns whether the truth of the bench that they are run on is
+        known. What answers say of their bench is a claim: it is compared with the ``identity`` of the true bench, if
+        that has one, and a difference is reported
     package : import name of the course's package, in which the notebooks of a release are installed
     packages : import names of the packages that students get besides labcourse
     withheld : modules of these packages that students do not get, as "package.module": what they are asked to build
     command : the program that students type
-    requires : further packages that these need, as pip takes them
+    requires : further packages that ``packages`` need, as pip takes them
     parameters : parameters of the notebooks when they are graded, besides ``student``
     imports : modules that notebooks use, to be imported once for all of them
-    stated : numbers that texts repeat
+    stated : numbers that the course's texts repeat
     settings : decisions for a term
     folder : where it was loaded from
     """
@@ -129,9 +131,9 @@ class Course:
 
         Parameters
         ----------
-        student : the ID
-        policy : of benches, in the older release under which the student worked; None for that of the settings
-        evidence : what the function ``evidence`` returned in the sandbox, as JSON
+        student : ID
+        policy : which bench each student has, in the release under which this one worked; None for that of the settings
+        evidence : what the function ``evidence`` returned in the sandbox, as JSON; b"" for nothing
         """
         policy = policy or self.settings.bench
         if policy.which == REAL and self.bench_of_evidence is not None:
@@ -145,24 +147,30 @@ class Course:
 
     @property
     def asked_catalogue(self) -> Catalogue:
-        """The questions of the class: all of the catalogue, but those of the notebooks that it does without."""
+        """The questions of the class: the catalogue without questions in notebooks that the class does not have."""
         return self.catalogue.without(self.settings.without)
 
     def given_values(
         self, student: str, policy: BenchPolicy, asked_parts: Collection[tuple[str, str]]
     ) -> dict[tuple[str, str], Any]:
-        """Return what is given in place of answers that a class is not asked; for a release, the student is "".
+        """Return (question, part) → value that a student is given in place of an answer that the class is not asked.
+
+        Parameters
+        ----------
+        student : ID; "" for a release, in which None stands for a value that each session works out
+        policy : which bench each student has
+        asked_parts : the (question, part) that the class is asked
 
         Raises
         ------
         GradingError
-            If a value cannot be given where students have such benches.
+            If a value cannot be given to students with benches of this policy.
         """
         return {where: value(student, policy) for where, value in self.given.items() if where not in asked_parts}
 
     @cached_property
     def cells(self) -> dict[tuple[str, str], str]:
-        """(question, part) → id of the cell in which a student answers it, as far as there is one."""
+        """(question, part) → id of the cell in which a student answers it, for parts that a cell records."""
         from labcourse.run.alignment import asked_cells
 
         notebooks = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in self.notebooks}
@@ -170,19 +178,19 @@ class Course:
         return {where: entry.cell.removesuffix("-answer") for _name, entry, parts in found for where in parts}
 
     def notebook_of(self, question: str | None) -> str:
-        """Return the notebook of a question, without ending; "" if the course does not ask it any more."""
+        """Return the notebook of a question, without ending; "" if the course does not ask it, or it is None."""
         asked = self.catalogue.marked
         return asked[question].notebook if question in asked else ""
 
     @property
     def notebooks(self) -> list[Path]:
-        """The notebooks that have a student version, in order, without those that are off."""
+        """Paths of the notebooks with solutions that have a student version, by name, without those that are off."""
         paths = [path for path in sorted(self.folder.glob("*.ipynb")) if path.name < _FIRST_INSTRUCTOR_NOTEBOOK]
         return [path for path in paths if path.stem not in self.off]
 
     @property
     def student_notebooks(self) -> Path:
-        """The folder of the derived notebooks."""
+        """The folder of the student notebooks."""
         return self.folder.parent / courses.NOTEBOOKS
 
     @property
@@ -197,7 +205,7 @@ class Course:
 
 
 def find(option: str | Path | None = None, with_optional: bool = False) -> Course:
-    """Find a course: the one named, else the one in the current folder, else the one that is installed from a folder.
+    """Find and load a course: the one named, or the one in the current folder, or the one installed from a folder.
 
     Parameters
     ----------
@@ -279,7 +287,7 @@ def load(folder: Path, with_optional: bool = False) -> Course:
 
 
 def _origin(error: Exception, folder: Path) -> str:
-    """Return " (file, line)" of the course's code that an error came from; "" for a syntax error, which names it."""
+    """Return " (file, line)" of the course's code that an error came from; "" for none and for a syntax error."""
     engine, where = Path(labcourse.__file__).parent, ""
     for frame in () if isinstance(error, SyntaxError) else traceback.extract_tb(error.__traceback__):
         path = Path(frame.filename)
@@ -290,12 +298,12 @@ def _origin(error: Exception, folder: Path) -> str:
 
 
 def package_folder(name: str) -> Path:
-    """Return the folder of a package that students get.
+    """Return the folder of a package that students get, by its import name.
 
     Raises
     ------
     GradingError
-        If there is none of that name.
+        If there is no such package.
     """
     spec = importlib.util.find_spec(name)
     if spec is None or spec.origin is None:
@@ -316,7 +324,7 @@ def _make_package(folder: Path) -> str:
 
 
 def _check_key(course: Course) -> None:
-    """Raise GradingError unless the key has a check of the right kind for each part of its questions, and no others."""
+    """Raise GradingError unless the key's questions have a check of the right kind for each of their parts, no more."""
     for number, checks in course.key.items():
         try:
             question = course.catalogue.find_marked(number)

@@ -77,8 +77,13 @@ def check(course: Course, run: bool = True) -> Iterator[CourseFault]:
     Parameters
     ----------
     course : the course; its key has been compared with its catalogue when it was loaded
-    run : run the student notebooks as they are handed out, and those with solutions, and mark their answers: it takes
-        as long as grading two submissions
+    run : run the student notebooks as they are handed out, and those with solutions, and mark the solutions' answers:
+        it takes as long as grading two submissions
+
+    Yields
+    ------
+    CourseFault
+        If a notebook differs from its text, or cannot be made of it, only these faults.
     """
     try:
         outdated = percent.outdated(course)
@@ -109,7 +114,7 @@ def _in_key(question: Question, part: Part) -> str:
 
 
 def check_key(course: Course) -> Iterator[CourseFault]:
-    """Find questions without a key, and parts that only the key, or only the catalogue, leaves to a person."""
+    """Find questions that the key lacks, and parts that only the key, or only the catalogue, leaves to a person."""
     for number, question in course.catalogue.marked.items():
         if number not in course.key:
             yield CourseFault("the key", f"question {number} has no entry.")
@@ -121,7 +126,7 @@ def check_key(course: Course) -> Iterator[CourseFault]:
 
 
 def check_files(course: Course) -> Iterator[CourseFault]:
-    """Find faults of the rubric, of codes of outcomes, of the map to outcomes, and of the scoring sheets."""
+    """Find faults of the rubric, of codes that questions carry, of the map to outcomes, and of the scoring sheets."""
     catalogue = course.catalogue
     yield from (CourseFault(RUBRIC_FILE, fault) for fault in rubric.examine(course.folder, catalogue)[1])
     for number, question in catalogue.marked.items():
@@ -158,7 +163,11 @@ def check_imports(course: Course) -> Iterator[CourseFault]:
 
 
 def check_cells(course: Course) -> Iterator[CourseFault]:
-    """Find questions that no cell records, or several; cells that record unknown questions, or in a wrong notebook."""
+    """Find faults of cells, and of what they record.
+
+    These are parts that no cell records, or several; cells that record what the catalogue does not have, or has in
+    another notebook; answer cells that nothing records; missing notebooks; and faults of tags, solutions and headings.
+    """
     places: dict[Where, list[str]] = defaultdict(list)
     for path in course.notebooks:
         notebook = student_notebooks.read(path)
@@ -183,12 +192,13 @@ def check_cells(course: Course) -> Iterator[CourseFault]:
 def _check_recorded(
     course: Course, path: Path, notebook: NotebookNode, places: dict[Where, list[str]]
 ) -> Iterator[CourseFault]:
-    """Check what the cells of a notebook record.
+    """Find cells that record what they should not, and answer cells that no cell records.
 
     Parameters
     ----------
-    path : of the notebook
-    places : (question, part) → cells that record it; those of this notebook are added
+    course : with its catalogue
+    path, notebook : of the notebook with solutions, and the notebook
+    places : (question, part) → cells that record it, as text; those of this notebook are added
     """
     cells = notebook.cells
     ids = [cell.id for cell in cells]
@@ -216,7 +226,7 @@ def _check_recorded(
 
 
 def _check_tags_and_headings(name: str, cells: list[NotebookNode]) -> Iterator[CourseFault]:
-    """Find faults of the tag "parameters", solutions outside answer cells, and missing or repeated headings."""
+    """Find missing or repeated tags "parameters" and headings, and solutions outside of answer cells."""
     tagged = sum(PARAMETERS_TAG in cell.metadata.get("tags", []) for cell in cells)
     if tagged != 1:
         yield CourseFault(
@@ -241,7 +251,7 @@ def _check_tags_and_headings(name: str, cells: list[NotebookNode]) -> Iterator[C
 
 
 def check_derived(course: Course) -> Iterator[CourseFault]:
-    """Find stored student notebooks that differ from what would be derived now."""
+    """Find stored student notebooks that differ from what would be derived now. Without their folder, find none."""
     try:
         texts = student_course.derive_notebooks(course)
     except GradingError as error:
@@ -259,7 +269,7 @@ def check_derived(course: Course) -> Iterator[CourseFault]:
 
 
 def check_numbers(course: Course) -> Iterator[CourseFault]:
-    """Find texts that state another number than the course has, and patterns that no text matches any more."""
+    """Find cells that state another number than the course has, and patterns of such numbers that no cell matches."""
     cells = [
         (_in_cell(path.name, cell.id), cell.source)
         for path in sorted(course.folder.glob("*.ipynb"))
@@ -280,12 +290,12 @@ def check_numbers(course: Course) -> Iterator[CourseFault]:
 
 
 def check_empty(course: Course, released: Bundle) -> Iterator[CourseFault]:
-    """Run the student notebooks as they are handed out, and find cells that stop; only the first cause is reported.
+    """Run the student notebooks as they are handed out, and find cells that stop; of each stop, only the first cause.
 
     Parameters
     ----------
     course : the course
-    released : its bundle
+    released : the course as students have it
     """
     notebooks = merged(released.pristine, {}, every_cell=True)
     files, problems = run_notebooks(released, notebooks)
@@ -299,7 +309,7 @@ def check_empty(course: Course, released: Bundle) -> Iterator[CourseFault]:
 
 
 def _stop_reason(cell: RunCell) -> str:
-    """Return as text why a cell stopped."""
+    """Return why a cell stopped, as text."""
     error = cell.report.error if cell.report else None
     if error is None:
         return "the Python process ended in it."
@@ -308,7 +318,7 @@ def _stop_reason(cell: RunCell) -> str:
 
 
 def check_solutions(course: Course, released: Bundle) -> Iterator[CourseFault]:
-    """Run the solutions; find those that the key does not mark as right, and wrong answers that it marks as right."""
+    """Run the solutions; find problems of the run, and verdicts of the key as :func:`check_verdicts` does."""
     claims, missing = answers_of_solutions(course, released)
     yield from (CourseFault("the solutions", sentence(problem)) for problem in claims.problems)
     yield from check_verdicts(course, claims, missing)
@@ -316,6 +326,8 @@ def check_solutions(course: Course, released: Bundle) -> Iterator[CourseFault]:
 
 def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, Problem]) -> Iterator[CourseFault]:
     """Mark the solutions' answers, and wrong answers made of them; find verdicts that are not as expected.
+
+    Right answers should be right, or for a person where the key says so, and wrong ones should not be right.
 
     Parameters
     ----------
@@ -361,7 +373,7 @@ def _faults_of_check(
     Parameters
     ----------
     claims : the solutions' answers
-    missing_reason : why there is no answer, if there is none
+    missing_reason : why there is no answer to the part, if there is none
     """
     expected = Status.FOR_A_PERSON if isinstance(check, ForAPerson) else Status.RIGHT
     try:
@@ -390,11 +402,12 @@ def _faults_of_check(
 
 
 def _error_text(error: Exception) -> str:
+    """Return an error as text, with its type; the message of a KeyFault has it already."""
     return str(error) if isinstance(error, KeyFault) else f"{type(error).__name__}: {error}"
 
 
 def solved_cells(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[str, tuple[Cell, ...]]:
-    """Return file name → cells of the released notebook, with the solutions' answers filled in.
+    """Return file name → cells of the released notebook, with the solutions in its answer cells.
 
     Parameters
     ----------
@@ -414,9 +427,9 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
     Returns
     -------
     Claims
-        Their answers, values that are given to the class, and problems of the run.
+        The answers, the values that are given to the class, and problems of the run.
     Mapping
-        (question, part) → why there is no answer, for those that are missing.
+        (question, part) → why there is no answer, for missing answers of which the reason is known.
 
     Raises
     ------
@@ -439,7 +452,7 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
 
 
 def run_notebooks(released: Bundle, notebooks: Merged) -> runner.Ran:
-    """Run notebooks of the course: in the sandbox if there is one on this computer, else without.
+    """Run notebooks of the course: in a sandbox if all needed layers work on this computer, else without.
 
     Raises
     ------

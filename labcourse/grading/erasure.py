@@ -25,7 +25,7 @@ from labcourse.grading.submission import Submission
 from labcourse.student_id import GRADEBOOK_FILE, caseless
 
 _OF_CLASS = (overview.OVERVIEW_FILE, outcomes.ATTAINMENT_FILE, outcomes.LEVELS_FILE, sheets.SHEETS_PAGE)
-_UNREADABLE = (".pdf", ".png", ".jpg")  # in which letters do not stand as such
+_NOT_SEARCHED = (".pdf", ".png", ".jpg")  # endings of files in which letters do not stand as such
 
 
 def _same(student: str, other: str) -> bool:
@@ -38,8 +38,9 @@ def _same(student: str, other: str) -> bool:
 def erase(book: Gradebook, course: Course, student: str, actor: str, dry_run: bool = False) -> Erased:
     """Erase a person from the gradebook.
 
-    Partners keep their work and their marks. Their bench was drawn from the student's ID: it is stored by its seed
-    instead, under the ID of the first of the partners. Recordings of a laboratory's bench name nobody.
+    Students who handed in together with the person keep their work and their marks. If their run was on the person's
+    bench, which was drawn from the person's ID, the bench is stored by its seed instead, under the ID of the first of
+    these partners. (Recordings of a laboratory's bench name nobody.)
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def erase(book: Gradebook, course: Course, student: str, actor: str, dry_run: bo
 
 
 def _redact(submission: Submission, person: Person) -> None:
-    """Take the person's names out of messages, and out of what was typed into the notebooks."""
+    """Replace the person's names in a submission: in messages, and in the students and benches that notebooks give."""
     for name in ("ended", "problems", "notes"):
         setattr(submission, name, person.redacted(getattr(submission, name)))
     submission.missing = {where: person.redacted(why) for where, why in submission.missing.items()}
@@ -84,7 +85,7 @@ def _redact(submission: Submission, person: Person) -> None:
 
 
 def _same_bench(submission: Submission, course: Course, student: str) -> BenchPolicy | None:
-    """Return the policy that gives the same bench without the student's ID; None if there is none."""
+    """Return the policy of benches that gives a run the same bench without the student's ID; None if there is none."""
     policy = course.settings.bench if submission.policy is None else submission.policy
     if policy.which != OWN:
         return policy
@@ -92,7 +93,7 @@ def _same_bench(submission: Submission, course: Course, student: str) -> BenchPo
 
 
 def _object(content: bytes) -> dict[str, Any] | None:
-    """Return the object in a file of JSON; None if there is none."""
+    """Return the object that a file of JSON holds; None if it holds another value, or is not JSON."""
     try:
         data = files.from_json(content)
     except ValueError:
@@ -101,7 +102,7 @@ def _object(content: bytes) -> dict[str, Any] | None:
 
 
 def _without(file: Delivery, student: str) -> bytes:
-    """Return a file that names its students without a student. Other files stay as they are."""
+    """Return the content of a file; of a ``course.json`` or ``answers.json``, without a student's ID."""
     data = _object(file.content) if file.name in (COURSE_FILE, ANSWERS_FILE) else None
     if data is None:
         return file.content
@@ -115,17 +116,23 @@ def _without(file: Delivery, student: str) -> bytes:
 
 
 def results_of(folder: Path, student: str) -> list[Path]:
-    """Return a student's folder in a folder of results, and the files about the class, but those of reports."""
+    """Return what to delete in a folder of results: a student's folder, and files about the whole class.
+
+    Files about the class that ``labcourse report`` writes are not among them.
+    """
     inside = sorted(folder.iterdir()) if folder.is_dir() else ()
     own = [path for path in inside if path.is_dir() and _same(path.name, student)]
     return own + [folder / name for name in _OF_CLASS if (folder / name).is_file()]
 
 
 def still_named_in(folder: Path, about: StudentRecord) -> Iterator[str]:
-    """Yield the files of a folder of results that name somebody, and those that cannot be read."""
+    """Yield the path of each file in a folder of results that names a person, or that cannot be searched.
+
+    A file names them in its own name or in its content. PDFs, pictures and the gradebook are not searched.
+    """
     person = Person(about)
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and not path.name.startswith(GRADEBOOK_FILE) and path.suffix.lower() not in _UNREADABLE:
+        if path.is_file() and not path.name.startswith(GRADEBOOK_FILE) and path.suffix.lower() not in _NOT_SEARCHED:
             try:
                 if any(map(person.is_named_in, _contents(path))):
                     yield str(path)
@@ -134,7 +141,10 @@ def still_named_in(folder: Path, about: StudentRecord) -> Iterator[str]:
 
 
 def _contents(path: Path) -> Iterator[str | bytes]:
-    """Yield the name and the content of a file; of a zip, and of a spreadsheet, which is one, those of all files."""
+    """Yield the name and the content of a file; of a zip, its name, and name and content of each file in it.
+
+    A spreadsheet is a zip.
+    """
     yield path.name
     if not zipfile.is_zipfile(path):
         yield path.read_bytes()

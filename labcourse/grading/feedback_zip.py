@@ -22,7 +22,7 @@ _NOT_IN_A_NAME = {*map(chr, range(32)), *'/\\:*?"<>|_'}  # Moodle takes what is 
 
 
 def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) -> tuple[dict[str, str], dict[str, str]]:
-    """Find the names under which a platform takes feedback pages.
+    """Find the names in a zip under which a platform takes feedback pages.
 
     Moodle goes by the participants' numbers in its grading worksheet, Canvas and Brightspace by the names in their own
     download of submissions. Blackboard takes no files of a whole class.
@@ -37,7 +37,7 @@ def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) ->
     dict[str, str]
         Student → path of the page in the zip.
     dict[str, str]
-        Student → why there is none.
+        Student → why there is no path for them, as a sentence.
 
     Raises
     ------
@@ -67,6 +67,13 @@ def places(export: Export, matches: Matches, submissions: Sequence[str] = ()) ->
 
 
 def _place_in_moodle(export: Export, row: int, _submissions: Sequence[str]) -> str:
+    """Return the path under which Moodle takes the page of the student in a row.
+
+    Raises
+    ------
+    LookupError
+        If the worksheet has no number of theirs; the message is a sentence.
+    """
     number = PARTICIPANT.sub("", export.under(row, "Identifier"))
     if not number.isdigit():
         raise LookupError("the worksheet has no number of theirs.")
@@ -75,7 +82,13 @@ def _place_in_moodle(export: Export, row: int, _submissions: Sequence[str]) -> s
 
 
 def _place_in_canvas(export: Export, row: int, submissions: Sequence[str]) -> str:
-    """Return the newest name of a student's; Canvas shows a page under it, so only a zip or a page will do."""
+    """Return the file name under which Canvas takes the page of the student in a row: that of their newest zip or page.
+
+    Raises
+    ------
+    LookupError
+        If the download has neither a zip nor a page (HTML) of theirs; the message is a sentence.
+    """
     there = [
         (name.lower().endswith((".zip", ".html")), label.attempt, name)
         for label, name in _labels((PurePosixPath(path).name for path in submissions), CANVAS)
@@ -90,7 +103,14 @@ def _place_in_canvas(export: Export, row: int, submissions: Sequence[str]) -> st
 
 
 def _place_in_brightspace(export: Export, row: int, submissions: Sequence[str]) -> str:
-    """Return the newest folder with a student's name, if it is one student's only in both of the platform's files."""
+    """Return the path under which Brightspace takes the page of the student in a row: in their newest folder.
+
+    Raises
+    ------
+    LookupError
+        If no folder of the download has their name, or if several students may have it: in the download, where each has
+        a number, or in the platform's file. The message is a sentence.
+    """
     own, *names = (letters(export.name(other)) for other in (row, *export.students))
     folders = {PurePosixPath(path).parts[0] for path in submissions if "/" in path}
     there = [
@@ -107,6 +127,7 @@ def _place_in_brightspace(export: Export, row: int, submissions: Sequence[str]) 
 
 
 def _labels(names: Iterable[str], platform: str) -> Iterator[tuple[Label, str]]:
+    """Yield the names that fit a platform's pattern, each after its parsed form."""
     labels = ((label_of(name, platform), name) for name in names)
     return ((label, name) for label, name in labels if label is not None)
 
@@ -129,14 +150,21 @@ def names_in(path: Path) -> list[str]:
 def pack(
     book: Gradebook, course: Course, paths: Mapping[str, str], without: Mapping[str, str]
 ) -> tuple[bytes, list[str]]:
-    """Pack everybody's feedback page, as it would be written now, under the names from :func:`places`.
+    """Pack students' feedback pages, as they would be written now, under the names from :func:`places`.
+
+    Where the platform takes a page under the name of a zip, the page is packed into a zip of its own.
+
+    Parameters
+    ----------
+    book, course : the class
+    paths, without : student → path in the zip, and student → why there is none
 
     Returns
     -------
     bytes
         The zip; equal pages make equal zips.
     list[str]
-        How many pages it has, and who has none.
+        A line with the number of pages, then a line for each student without a page, with the reason.
 
     Raises
     ------

@@ -72,7 +72,7 @@ def facts_as_json(submission: Submission) -> tuple[dict[str, Any], ...]:
 
 
 def record_of(submission: Submission, *, isolated: bool) -> RunRecord:
-    """Return the record of a submission that was prepared, and run or not, for the gradebook.
+    """Return the record for the gradebook of a submission that was prepared; it may have been run or not.
 
     Parameters
     ----------
@@ -102,9 +102,9 @@ def record_of(submission: Submission, *, isolated: bool) -> RunRecord:
 
 
 def submission_of(run: RunRecord) -> Submission:
-    """Return a submission as the gradebook stores it: without its files, and without the messages of its marking.
+    """Return the submission that a record stores: without its files and marks, and without the messages of its marking.
 
-    Of a record that stores no facts, all messages are returned.
+    If the record stores no facts (``cells`` is empty), its problems and notes are all there are.
     """
     messages = {"problems": [*run.problems], "notes": [*run.notes]}
     facts = dict(_Facts.model_validate(run.cells[0])) if run.cells else messages
@@ -127,7 +127,7 @@ def submission_of(run: RunRecord) -> Submission:
 
 
 def answers_of(run: RunRecord) -> dict[str, Any]:
-    """Return the content of a run's ``answers.json``, which is not to be changed; nothing if it cannot be read."""
+    """Return the content of a run's ``answers.json``, which is not to be changed; {} if it cannot be read."""
     try:
         return _parsed(run.answers or b"")
     except AnswerError:
@@ -155,7 +155,7 @@ def recorded_in(data: bytes | None) -> set[Where]:
 
 
 def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
-    """Mark a stored run by the key. Messages of this marking replace those of an earlier one; each is there once.
+    """Mark a stored run by the key, without storing it. The messages of this marking replace those of an earlier one.
 
     Parameters
     ----------
@@ -176,9 +176,10 @@ def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:
 
 
 def with_unconfirmed(marks: tuple[Mark, ...], waits: Collection[Where]) -> tuple[Mark, ...]:
-    """Return the marks; while nobody has confirmed a partner who handed in for the student, missing answers wait.
+    """Return the marks; those of missing answers in ``waits`` are unconfirmed.
 
-    ``waits`` are the (question, part) of the notebooks that the partner handed in.
+    ``waits`` are the (question, part) of notebooks that somebody handed in who names the student as a partner, while
+    nobody has confirmed that.
     """
     why = Problem.of(Code.PARTNER_NOT_CONFIRMED)
     return tuple(
@@ -195,7 +196,7 @@ def is_failed(run: RunRecord) -> bool:
 
 
 def key_faults(graded: Graded) -> dict[Where, Problem]:
-    """Return (question, part) → problem of each part that a fault of the key left unmarked."""
+    """Return (question, part) → problem that names the fault of the key, for each part that the fault left unmarked."""
     unmarked = {mark.where for mark in graded.marks if mark.status == Status.NOT_MARKED}
     failed = (one for one in graded.run.problems if isinstance(one, Problem) and one.code is Code.KEY_FAILED)
     faults = {(one.parameters["question"], one.parameters["part"]): one for one in failed}
@@ -206,14 +207,14 @@ def key_faults(graded: Graded) -> dict[Where, Problem]:
 
 
 def store(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Graded:
-    """Store a submission's run and marks in one transaction. Return them as they count: marks by persons stay.
+    """Store a run and its marks in one transaction. Return them as they count: marks by persons stay.
 
     Parameters
     ----------
     gradebook : where they are stored
-    graded : the submission
+    graded : the run and its marks
     actor : who changes marks, for the audit trail
-    reason : why
+    reason : why they change, for the audit trail
     """
     gradebook.record(graded, actor=actor, reason=reason)
     return gradebook.current(graded.run.student) or graded
@@ -226,8 +227,9 @@ class Regraded:
     Attributes
     ----------
     before, after : as in the gradebook
-    problem : why they could not be marked again; "" where they could
-    unchanged : marks by persons, which stay, where the key gives other points: question, part, "points", and "by_key"
+    problem : why the answers could not be marked again; "" if they could, or if there is nothing to mark
+    unchanged : marks by persons, which stay, where the key gives other points: "question", "part", "points" (the
+        person's) and "by_key" (the key's)
     """
 
     before: Graded
@@ -237,14 +239,16 @@ class Regraded:
 
 
 def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
-    """Mark all students' stored answers by the key as it is now. If that fails for a student, their marks stay.
+    """Mark all students' stored answers by the key as it is now, and store the marks.
+
+    If the answers of a student cannot be marked, their marks stay.
 
     Parameters
     ----------
     gradebook : with the answers
     course : the course, with its key
     questions : numbers of the questions to mark again; all if there are none
-    jobs : submissions to mark at a time
+    jobs : number of submissions to mark at a time
 
     Raises
     ------
@@ -254,7 +258,7 @@ def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (
     Yields
     ------
     Regraded
-        Each student's marks before and after.
+        Each student's marks before and after, stored.
     """
     for number in questions:
         try:
@@ -293,7 +297,7 @@ def _marked_again(graded: Graded, marker: Marker, questions: Collection[str], di
 
 
 def _store_regraded(gradebook: Gradebook, regraded: Regraded, questions: Collection[str]) -> Regraded:
-    """Store the new marks. Return them as they count, with the marks by persons that stay."""
+    """Store the new marks. Return them as they count, and the marks by persons where the key gives other points."""
     reason = f"marked again: {', '.join(questions) or 'all questions'}"
     after = store(gradebook, regraded.after, "labcourse regrade", reason)
     by_key = {mark.where: mark.points for mark in regraded.after.marks if mark.status not in UNDECIDED}

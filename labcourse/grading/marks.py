@@ -35,9 +35,9 @@ class Mark:
     ----------
     question, part : number of the question, and name of the part
     status : whether it is right, or who decides it
-    points, out_of : earned, and possible
+    points, out_of : points earned, and possible
     reason : for the student: the words of the key or of a person, or the problem that decided it
-    given : the student's answer as a short text; prose as a whole
+    given : the student's answer as a short text, answers in words as a whole; "" if there is none
     """
 
     question: str
@@ -55,5 +55,5 @@ class Mark:
 
     @property
     def awaiting(self) -> float:
-        """The points on which a person has yet to decide."""
+        """The possible points if a person has yet to read the answer; else 0."""
         return self.out_of if self.status == Status.FOR_A_PERSON else 0.0

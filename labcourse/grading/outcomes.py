@@ -48,7 +48,7 @@ Criteria = Mapping[str, Collection[str]]  #: name of a criterion (a code, or the
 
 @dataclass(frozen=True)
 class Judged:
-    """A part of a student's work: the code that it gives evidence of, and its mark."""
+    """A part of a question, answered by a student: the code of which it gives evidence, and its mark."""
 
     code: str
     mark: Mark
@@ -65,13 +65,13 @@ class Judged:
 
 
 class Evidence(NamedTuple):
-    """What several parts come to.
+    """The sums of several parts of a student.
 
     Attributes
     ----------
-    earned, decided : points earned of points possible, of the decided parts
+    earned, decided : points earned, and points possible, of the decided parts
     possible : points possible, of all parts
-    waiting : how many parts are not decided
+    waiting : number of parts that are not decided
     """
 
     earned: float
@@ -81,12 +81,12 @@ class Evidence(NamedTuple):
 
     @property
     def share(self) -> float | None:
-        """Points earned of points possible, 0 to 1; None if nothing is decided."""
+        """Points earned of points possible, 0 to 1, of the decided parts; None if nothing is decided."""
         return round(self.earned / self.decided, SHARE_DIGITS) if self.decided else None
 
 
 def evidence(parts: Iterable[Judged], codes: Collection[str] | None = None) -> Evidence:
-    """Sum up parts: all of them, or those with one of some codes."""
+    """Sum up parts: those with one of some codes; all if ``codes`` is None."""
     parts = [part for part in parts if codes is None or part.code in codes]
     decided = [part.mark for part in parts if part.decided]
     earned, out_of = sum(mark.points for mark in decided), sum(mark.out_of for mark in decided)
@@ -101,7 +101,7 @@ class Standing(NamedTuple):
 
 
 def standing(about: StudentRecord, marks: Iterable[Mark], catalogue: Catalogue, counted: MarkSettings) -> Standing:
-    """Return a student's parts that carry a code; ``counted`` says which are dropped, and so are no evidence."""
+    """Return a student's parts that carry a code and are worth points, without those that ``counted`` drops."""
     codes = {
         (number, part.name): part.outcome
         for number, question in catalogue.marked.items()
@@ -112,7 +112,7 @@ def standing(about: StudentRecord, marks: Iterable[Mark], catalogue: Catalogue, 
 
 
 def standings(book: Gradebook, course: Course) -> list[Standing]:
-    """Return all students with marks, by ID. Work that is excused, unreadable, or neither due nor there is left out."""
+    """Return all graded students, by ID, without notebooks that are excused, unreadable, or neither due nor there."""
     found = []
     known = {caseless(student.student): student for student in book.students()}
     for graded in book.all_current():
@@ -146,12 +146,12 @@ class OutcomeMap(BaseModel):
 
     @property
     def criteria(self) -> dict[str, list[str]]:
-        """Key of each outcome with any code → the codes that go to it."""
+        """Key of each outcome → the codes that give evidence of it; outcomes without any are left out."""
         by_outcome = {key: [code for code, goes_to in self.codes.items() if key in goes_to] for key in self.outcomes}
         return {key: codes for key, codes in by_outcome.items() if codes}
 
     def notes(self, catalogue: Catalogue) -> list[str]:
-        """List what the map leaves out; all of it may be meant."""
+        """Return notes on codes without an outcome and outcomes without a code; either may be intended."""
         without = ", ".join(code for code in catalogue.outcomes if not self.codes.get(code))
         unused = "; ".join(f"{key} ({name})" for key, name in self.outcomes.items() if key not in self.criteria)
         notes = [f"{without}: no outcome in {OUTCOMES_FILE}, so they are in no outcome's figures."] if without else []
@@ -159,7 +159,7 @@ class OutcomeMap(BaseModel):
 
 
 def read_map(folder: Path, catalogue: Catalogue) -> OutcomeMap | None:
-    """Read the map of the course in a folder; return None if it has none.
+    """Read the map to outcomes of the course in a folder; return None if it has none.
 
     Raises
     ------
@@ -194,7 +194,7 @@ def read_as(kind: type[_Content], file: Path) -> _Content:
     FileNotFoundError
         If there is none.
     GradingError
-        If it is not TOML or does not fit the type; the message lists each fault, with its place.
+        If the file is not TOML or does not fit the type; the message lists each fault, with its place.
     """
     try:
         return TypeAdapter(kind).validate_python(read_toml(file))
@@ -212,7 +212,7 @@ class Figures(NamedTuple):
     Attributes
     ----------
     students : number of students with a decided part in it
-    provisional : how many of them have a part that is not decided
+    provisional : how many of them also have a part that is not decided
     levels : level → how many students are at it
     attained : how many are at the level that is aimed at, or above
     mean : of the students' shares of points, 0 to 1
@@ -226,7 +226,7 @@ class Figures(NamedTuple):
 
     @property
     def attainment(self) -> float:
-        """In %."""
+        """Students who attained it, of all with a decided part, in %."""
         return 100 * self.attained / self.students
 
 
@@ -238,8 +238,8 @@ class Kind(NamedTuple):
 
     Attributes
     ----------
-    name, scheme : "code" or "outcome", and what the outcomes are of
-    criteria, meanings : name → codes, and what it stands for
+    name, scheme : "code" or "outcome", and what the outcomes are of ("" for codes)
+    criteria, meanings : name of a criterion → its codes, and → what it stands for
     """
 
     name: str
@@ -261,7 +261,12 @@ def attainments(
     students : all with marks
     criteria : name of a criterion → the codes of its parts
     settings : levels, what counts as attained, and what is too small to be shown
-    group_of : the group of a student; without it there are no groups
+    group_of : function that returns the group of a student; None for no groups
+
+    Returns
+    -------
+    dict
+        Name of a criterion → groups, and for each its figures or why they are not shown.
     """
     groups: dict[str, list[Standing]] = {}
     if group_of is not None:
@@ -282,6 +287,14 @@ def _evidence_of(students: Iterable[Standing], codes: Collection[str]) -> list[E
 
 
 def _figures(group: Sequence[Evidence], settings: CourseSettings, hidden: bool = False) -> Figures | str:
+    """Return the figures of a group in a criterion; or why they are not shown, as text.
+
+    Parameters
+    ----------
+    group : evidence of each student with a decided part
+    settings : levels, the level to reach, and the smallest group
+    hidden : whether it is withheld although it is large enough
+    """
     goal = settings.outcomes
     if not group:
         return _UNDECIDED
@@ -303,7 +316,7 @@ def withheld(sizes: Mapping[str, int], fewest: int) -> frozenset[str]:
 
     Parameters
     ----------
-    sizes : group → number of its students; each student is in one group
+    sizes : group → number of its students with a decided part; each student is in one group
     fewest : students of the smallest group that may be shown
     """
     there = sorted((size, name) for name, size in sizes.items() if size)
@@ -329,9 +342,9 @@ def write_report(out: Path, course: Course, book: Gradebook, *, by_section: bool
     Returns
     -------
     int
-        How many students it is of.
+        Number of graded students.
     list[str]
-        What is worth knowing about it.
+        Notes: what is withheld, undecided or in no figure.
 
     Raises
     ------
@@ -362,7 +375,7 @@ def write_report(out: Path, course: Course, book: Gradebook, *, by_section: bool
 
 
 def _withheld_note(shown: Iterable[Figures | str], fewest: int) -> Iterator[str]:
-    """Yield how much is not shown because groups are small, and what decides it."""
+    """Yield a note on how many rows are withheld because groups are small, if any are."""
     cells = [cell for cell in shown if cell != _UNDECIDED]
     hidden = sum(isinstance(cell, str) for cell in cells)
     rows = plural(len(cells), "{count} row", "{count} rows")
@@ -375,7 +388,7 @@ def _withheld_note(shown: Iterable[Figures | str], fewest: int) -> Iterator[str]
 
 
 def _notes(absent: int, students: Sequence[Standing], mapped: OutcomeMap | None, course: Course) -> Iterator[str]:
-    """Yield what is in no figure, or may change."""
+    """Yield notes on what is in no figure, or may change; ``absent`` is the number of students without marks."""
     if absent:
         who = plural(absent, "{count} student", "{count} students")
         yield f"In the gradebook, and in no figure: {who} without marks (nothing handed in, or not graded yet)."
@@ -396,6 +409,7 @@ def _notes(absent: int, students: Sequence[Standing], mapped: OutcomeMap | None,
 
 
 def _attainment(attained: Iterable[tuple[Kind, Mapping[str, Groups]]], settings: CourseSettings) -> str:
+    """Return the text of ``attainment.csv``."""
     target = settings.outcomes.share
     rows = [
         [settings.term, group, kind.name, kind.scheme, name, kind.meanings[name], *_cells(figures, target)]
@@ -409,6 +423,7 @@ def _attainment(attained: Iterable[tuple[Kind, Mapping[str, Groups]]], settings:
 
 
 def _cells(figures: Figures | str, target: float) -> list[str]:
+    """Return the cells of figures, or of why there are none; ``target`` is the % of students who have to attain it."""
     if isinstance(figures, str):
         return [*[""] * (len(LEVELS) + 7), figures]
     counts = [figures.students, figures.provisional, *(figures.levels[level] for level in LEVELS), figures.attained]
@@ -417,6 +432,7 @@ def _cells(figures: Figures | str, target: float) -> list[str]:
 
 
 def _levels(kinds: Iterable[Kind], students: Iterable[Standing], settings: CourseSettings) -> str:
+    """Return the text of ``levels.csv``."""
     rows = [["term", "student", "name", "section", "kind", "criterion", "points", "decided", "waiting", "level"]]
     for about, parts in students:
         who = [settings.term, about.student, about.name, about.section]

@@ -51,18 +51,20 @@ class Platform:
     Attributes
     ----------
     name : of the platform
-    known_by : headings of each of its files, separated by commas; several sets if it has several forms
+    known_by : headings by which its file is recognised, separated by commas; several sets if it has several forms
     keys : headings of the columns by which a student is matched
     names : headings of the columns with the parts of a student's name, in order
-    points : pattern of the heading of a column of points. Its groups are ``most``, what it is out of, and names by
-        which it may be called besides
+    points : pattern of the heading of a column of points. Its groups are ``most``, what the column is out of, and other
+        names by which the column may be called
     example : what a column of points looks like, for messages
-    own_key : that of ``keys`` with numbers of the platform's own, which may by chance be another student's ID
-    most_row, most_column : name in the row, and heading of the column, with what a column is out of
-    locked : heading of a column that says "No" where the platform takes no mark
+    own_key : the one of ``keys`` with the platform's own numbers, which may by chance be another student's ID; ""
+        without such numbers
+    most_row, most_column : name in the row, and heading of the column, that says what a column of points is out of; ""
+        if there is none
+    locked : heading of a column that says "No" where the platform takes no mark; "" if there is none
     empty : text of a cell without a mark; a blank cell has none either
-    closed : text of a cell, in small letters, that stays as it is → why
-    excused : what it takes in the cell of an excused student; "" if it takes nothing
+    closed : text of a cell that stays as it is, in small letters → why
+    excused : text that the platform takes in the cell of an excused student; "" if it takes none
     """
 
     name: str
@@ -146,7 +148,7 @@ _CELLS = {
 
 
 class CsvCell(NamedTuple):
-    """A cell: where it stands in the text, quotes included, and its text."""
+    """A cell: where it begins and ends in the file's text, quotes included; its own text; and whether it has quotes."""
 
     start: int
     end: int
@@ -156,7 +158,7 @@ class CsvCell(NamedTuple):
 
 @dataclass(frozen=True)
 class CsvTable:
-    """The cells of a file; an empty line has none. ``text`` is the whole file, byte-order mark included."""
+    """The cells of a file, by rows; an empty line has none. ``text`` is the whole file, byte-order mark included."""
 
     text: str
     codec: str
@@ -173,7 +175,7 @@ class CsvTable:
         return _line(self.text, self.rows[row][0].start if self.rows[row] else 0)
 
     def changed(self, new: Mapping[tuple[int, int], str]) -> bytes:
-        """Return the file's bytes with other text in some cells; ``new`` is (row, place), from 0 → text."""
+        """Return the file's bytes with other text in some cells; ``new`` is (row, place in it), both from 0 → text."""
         pieces, done = [], 0
         for (row, place), text in sorted(new.items()):
             cell = self.rows[row][place]
@@ -206,6 +208,7 @@ def table(data: bytes, separator: str) -> CsvTable:
 
 
 def _rows(text: str, separator: str) -> Iterator[list[CsvCell]]:
+    """Yield the cells of each row of a text; none for an empty line. Raises GradingError if a quote is never closed."""
     place, row = int(text.startswith("\ufeff")), list[CsvCell]()
     while place < len(text) or row:
         match = _CELLS[separator].match(text, place)
@@ -221,6 +224,7 @@ def _rows(text: str, separator: str) -> Iterator[list[CsvCell]]:
 
 
 def _line(text: str, place: int) -> int:
+    """Return the number, from 1, of the line in which a place of a text is."""
     return len(re.findall(r"\r\n|\r|\n", text[:place])) + 1
 
 
@@ -233,8 +237,8 @@ class PointsColumn:
 
     Attributes
     ----------
-    place, heading : where, from 0, and its heading
-    names : what it may be called besides, as its title or the platform's number
+    place, heading : place of the column, from 0, and its heading
+    names : what it may be called besides its heading: its title, the platform's number
     most : what it is out of, as the file says it; "" if it does not
     """
 
@@ -255,15 +259,15 @@ class Export:
     columns: list[PointsColumn] = field(default_factory=list)
 
     def under(self, row: int, heading: str) -> str:
-        """Return the text of a row under a heading; "" if there is no such column."""
+        """Return the text of a row's cell under a heading; "" if there is no such column."""
         return self.table.cell(row, self.head.index(heading)) if heading and heading in self.head else ""
 
     def name(self, row: int) -> str:
-        """Return a student's name."""
+        """Return the name of the student in a row."""
         return " ".join(filter(None, (self.under(row, heading) for heading in self.platform.names)))
 
     def described(self, row: int) -> str:
-        """Describe a row for people: what the student is known by, the name, and the line."""
+        """Return as text whom a row is of: the first key of the student, the name, and the number of the line."""
         known = next(filter(None, (self.under(row, heading) for heading in self.platform.keys)), "–")
         return f"{known} ({', '.join(filter(None, (self.name(row), f'line {self.table.line(row)}')))})"
 
@@ -272,7 +276,7 @@ class Export:
 
         Parameters
         ----------
-        wanted : its heading, title or number; None if there is only one
+        wanted : its heading, or else its title or number; None for the only column of points
 
         Raises
         ------
@@ -295,12 +299,12 @@ class Export:
         return there[0]
 
     def maximum(self, column: PointsColumn, out_of: float | None = None) -> Decimal:
-        """Return what a column is out of: as the file says, or else the instructor.
+        """Return what a column is out of, as the file says it, or else the instructor (``out_of``).
 
         Raises
         ------
         GradingError
-            If neither says it, they contradict each other, or it is not above 0.
+            If neither says it, if they contradict each other, or if it is not above 0.
         """
         there, given = _number(column.most), None if out_of is None else Decimal(str(out_of))
         maximum = given if there is None else there
@@ -344,7 +348,7 @@ def read(data: bytes) -> Export:
 
 
 def _export(export: Export) -> Export:
-    """Find the students and the columns of points in a platform's file."""
+    """Fill in the rows of students and the columns of points of a platform's file, and return it."""
     platform, cells = export.platform, export.table
     known = (*platform.keys, *platform.names)
     rows = [row for row in range(1, len(cells.rows)) if any(export.under(row, heading) for heading in known)]
@@ -363,6 +367,7 @@ def _export(export: Export) -> Export:
 
 
 def _same(first: str, second: str) -> bool:
+    """Return whether two texts are the same but for capitals and white space."""
     return " ".join(first.casefold().split()) == " ".join(second.casefold().split())
 
 
@@ -381,8 +386,8 @@ class Matches(NamedTuple):
     ----------
     students : row → student
     unknown : rows of students whom the gradebook does not have
-    refused : row → why it is of nobody: it may be of several
-    missing : IDs of students of the gradebook who have no row
+    refused : row → why it is nobody's: it may be several students', other rows are theirs, too, or the names contradict
+    missing : IDs of students of the gradebook to whom no row leads
     """
 
     students: dict[int, StudentRecord]
@@ -392,19 +397,21 @@ class Matches(NamedTuple):
 
 
 def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
-    """Find the students of a gradebook in a platform's file: by ID, login or e-mail, never by name or by a guess.
+    """Find the students of a gradebook in a platform's file: by the keys of a row, never by name or by a guess.
+
+    A key leads to the student with this ID, e-mail address or other name (alias).
 
     A platform's own number counts only where nothing else leads to a student, and not if the names contradict it.
     """
     records = {student.student: student for student in students}
-    by_name, by_number = (_by_name(students, pattern) for pattern in ("", PARTICIPANT))
+    by_key, by_number = (_by_key(students, pattern) for pattern in ("", PARTICIPANT))
     candidates: dict[int, str] = {}
     refused: dict[int, str] = {}
     unknown, seen = list[int](), set[str]()
     own_key = export.platform.own_key
     for row in export.students:
         values = [export.under(row, key).removeprefix("#") for key in export.platform.keys if key != own_key]
-        certain = set[str]().union(*(by_name.get(caseless(value), ()) for value in values if value))
+        certain = set[str]().union(*(by_key.get(caseless(value), ()) for value in values if value))
         own_number = PARTICIPANT.sub("", export.under(row, own_key))
         several = certain or by_number.get(caseless(own_number), set())
         seen |= several
@@ -423,10 +430,14 @@ def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
     return Matches(found, unknown, dict(sorted(refused.items())), [who for who in records if who not in seen])
 
 
-def _by_name(students: Iterable[StudentRecord], ignored: str | re.Pattern[str]) -> dict[str, set[str]]:
-    """Return ID, e-mail or other name without regard to capitals → IDs of the students who have it.
+def _by_key(students: Iterable[StudentRecord], ignored: str | re.Pattern[str]) -> dict[str, set[str]]:
+    """Return ID, e-mail address or other name without regard to capitals → IDs of the students who have it.
 
-    Where a platform's own numbers are compared, "Participant 1234567" is 1234567; elsewhere that may be another's ID.
+    Parameters
+    ----------
+    students : of the gradebook
+    ignored : pattern of what is taken out of these names. Where a platform's own numbers are compared, "Participant
+        1234567" is 1234567; elsewhere that may be another's ID.
     """
     known: dict[str, set[str]] = {}
     for student in students:
@@ -445,13 +456,14 @@ def _contradict(first: str, second: str) -> bool:
 
 
 class Earned(NamedTuple):
-    """What a student has earned.
+    """What a student has earned, in an assignment or in all that counts.
 
     Attributes
     ----------
-    share : of all points, exactly; 1 for all of them; None if there is nothing of the student's
-    remark : why there is nothing, or what a person has yet to decide; "" if all is decided
-    state : of the assignment, if it is the only one that is written; "excused" if the student is excused from it
+    share : points earned of what they are out of, exactly; 1 for all of them; None if there is no mark to write
+    remark : why there is no mark, or why it is not final; "" if it is
+    state : of the assignment if all in it is decided, or "excused"; for all that counts, "missing" if all assignments
+        are missing; otherwise ""
     """
 
     share: Fraction | None
@@ -465,7 +477,7 @@ def earned(book: Gradebook, course: Course, assignment: Assignment | None = None
     Parameters
     ----------
     book, course : the class
-    assignment : only its points; all that counts without one
+    assignment : of which the points are returned; None for all that counts
     """
     handed_in = set(map(caseless, book.handed_in()))
     found: dict[str, Earned] = {}
@@ -536,7 +548,7 @@ class StudentCell:
 
     Attributes
     ----------
-    before, after : its text, and the new one; None if it is left as it is
+    before, after : its text, and the text to write; None if no mark is written
     remark : why it is left, or what is worth knowing about the mark
     complete : whether all of the student's marks are in it
     """
@@ -561,15 +573,15 @@ def fill(
     ----------
     export, column, maximum : the file, the column, and what it is out of
     matches : which row belongs to which student
-    earned : student → what they have
-    choice : how it is written
+    earned : student → what they have earned
+    choice : how marks are written
 
     Returns
     -------
     bytes
         The file.
     dict[str, StudentCell]
-        Student → what became of their cell. A mark that was there already has an equal ``after``.
+        Student → what became of their cell. If it has the mark already, ``after`` equals ``before``.
 
     Raises
     ------
@@ -610,7 +622,7 @@ def fill(
 
 
 def _check_points(export: Export, column: PointsColumn) -> None:
-    """Refuse a column of letters or words: not one of its cells is a number."""
+    """Raise GradingError if a column has texts and not one number: it has letters or words for marks."""
     platform, cells = export.platform, [export.table.cell(row, column.place) for row in export.students]
     filled = [text for text in cells if not _is_empty(platform, text) and text.casefold() not in platform.closed]
     if filled and not any(map(_number, filled)):
@@ -618,7 +630,7 @@ def _check_points(export: Export, column: PointsColumn) -> None:
 
 
 def _why_left(export: Export, column: PointsColumn, row: int) -> str:
-    """Return why a cell must not be written; "" if it may."""
+    """Return why the cell of a row must not be written, as a sentence; "" if it may."""
     before, platform = export.table.cell(row, column.place), export.platform
     if column.place >= len(export.table.rows[row]):
         return f"line {export.table.line(row)} of the file is too short: it has no such cell."
@@ -630,16 +642,18 @@ def _why_left(export: Export, column: PointsColumn, row: int) -> str:
 
 
 def _is_empty(platform: Platform, text: str) -> bool:
+    """Return whether a cell has no mark; what stands in brackets at its end does not count."""
     return re.sub(r"\(.*\)$", "", text).strip() in ("", platform.empty)
 
 
 def _has_decimal_commas(table: CsvTable) -> bool:
+    """Return whether numbers in a file have commas before their decimals: some have, and none has a point."""
     numbers = [cell.text.strip() for row in table.rows for cell in row if _NUMBER.fullmatch(cell.text.strip())]
     return any("," in text for text in numbers) and not any("." in text for text in numbers)
 
 
 def summary(export: Export, entries: Mapping[str, StudentCell], matches: Matches, *, dry: bool = False) -> list[str]:
-    """Summarise what was written and what was not, the counts first.
+    """Return lines that say what was written and what was not, the counts first.
 
     Parameters
     ----------

@@ -43,19 +43,19 @@ Fault = tuple[EntryPath, str]  #: place of an entry, and what is wrong with it
 
 
 def _one_line(text: str) -> str:
-    """Return a text; raise ValueError if it has unprintable characters, or white space at its ends."""
+    """Return a text as it is; raise ValueError if it has unprintable characters, or white space at its ends."""
     if not text.isprintable() or text != text.strip():
         raise ValueError("Input should be one line of printable characters, without spaces at its ends")
     return text
 
 
 def _datetime(time_of_day: time, value: object) -> datetime:
-    """Return a date, or a date and time, of TOML as a time with a zone; raise ValueError for anything else.
+    """Return a date, or a date and time, as a datetime with a zone; raise ValueError for anything else.
 
     Parameters
     ----------
     time_of_day : for a date alone
-    value : from the file; a time without a zone is in that of this computer
+    value : from the file; one without a zone is in the zone of this computer
     """
     if not isinstance(value, date) or not 2000 <= value.year < 3000:  # a datetime is a date, too
         raise ValueError("Input should be a date, or a date and time, as 2026-11-21 or 2026-11-21T18:00:00+01:00")
@@ -64,7 +64,7 @@ def _datetime(time_of_day: time, value: object) -> datetime:
 
 
 def _shares(defaults: Mapping[int, float], value: object) -> dict[int, float]:
-    """Read a table of per cents of levels as level → share, with defaults for the levels that it leaves out."""
+    """Read a table, "level" → %, as level → share (0 to 1), with defaults for the levels that it leaves out."""
     percents = TypeAdapter(dict[Literal["4", "3", "2", "1"], _Percent]).validate_python(value)
     return {**defaults, **{int(level): float(Decimal(str(percent)) / 100) for level, percent in percents.items()}}
 
@@ -93,7 +93,7 @@ class FeedbackSettings:
     ----------
     points : how many points each answer earned
     reasons : the key's comment on each answer, besides whether it was right
-    opens : when students may see it ("from" in the file); at once where it is None
+    opens : when students may see their feedback ("from" in the file); None for at once
     """
 
     points: _Switch = True
@@ -101,7 +101,7 @@ class FeedbackSettings:
     opens: Annotated[_Start | None, Field(validation_alias="from")] = None
 
     def is_open(self, now: datetime) -> bool:
-        """Return whether students may see it at a time, which has a time zone."""
+        """Return whether students may see their feedback at a time (``now``, with a time zone)."""
         return self.opens is None or now >= self.opens
 
 
@@ -111,8 +111,8 @@ class ReflectSettings:
 
     Attributes
     ----------
-    asks : whether it does
-    opens : from when on ("from" in the file); at once where it is None
+    asks : whether students are asked at all
+    opens : from when on they are asked ("from" in the file); None for at once
     """
 
     asks: _Switch = True
@@ -167,7 +167,7 @@ class MarkSettings:
 
 
 def _matching_name(question: str, part: str, names: Collection[str]) -> str:
-    """Return the name among these that is of a part ("1.2 speed"), else of its question ("1.2"); "" if neither is."""
+    """Return the entry of ``names`` that names a part ("1.2 speed"), else its question ("1.2"); "" if none does."""
     return next((name for name in (f"{question} {part}", question) if name in names), "")
 
 
@@ -189,7 +189,7 @@ class LevelSettings:
     )
 
     def level_of(self, share: float) -> int:
-        """Return the level of a share (0 to 1) of the points: the highest threshold that it reaches; 0 for nothing."""
+        """Return the level of a share (0 to 1) of the points: the highest threshold that is reached; 0 for none."""
         earned = round(share, SHARE_DIGITS)
         reached = (level for level, least in self.thresholds.items() if earned >= round(least, SHARE_DIGITS))
         return max(reached, default=0) if earned > 0 else 0
@@ -203,8 +203,8 @@ class Assignment:
     ----------
     title : for people
     notebooks : names, without their ending
-    due : everybody's deadline; None without one
-    out_of : points of its column; None for the points of its notebooks
+    due : deadline for everybody (the last moment that is in time); None without one
+    out_of : possible points of its column; None for the possible points of its notebooks
     """
 
     title: _Name
@@ -221,8 +221,8 @@ class Deadline:
     ----------
     due : the last moment that is in time
     notebooks : names, without their ending
-    section : of the roster, for which it is; "" for all
-    assignments : titles; without these and notebooks, it is for all of the course's
+    section : section of the roster that the deadline is for; "" for all
+    assignments : titles; without these and ``notebooks``, the deadline is for all notebooks of the course
     """
 
     due: _End
@@ -239,9 +239,9 @@ class Extension:
     ----------
     until : the last moment that is in time
     students : IDs, or other names that the roster has for them
-    section : of the roster, for all of its students; "" for the named students alone
+    section : section of the roster with students who all have more time, too; "" for the named students alone
     notebooks : names, without their ending
-    assignments : titles; without these and notebooks, it is for all of the course's
+    assignments : titles; without these and ``notebooks``, the extension is for all notebooks of the course
     """
 
     until: _End
@@ -257,9 +257,9 @@ class LateSettings:
 
     Attributes
     ----------
-    per_day : %, of the points that a notebook earned, for each day that has begun
-    cap : %, the most that is taken
-    grace_hours : h, after the deadline, in which nothing is taken; days are counted from their end on
+    per_day : what each day that has begun costs, in % of the points that a notebook earned
+    cap : the most that lateness costs, in % of these points
+    grace_hours : hours after the deadline in which lateness costs nothing; days are counted from their end on
     """
 
     per_day: _Percent = 0.0
@@ -273,9 +273,9 @@ class OutcomeSettings:
 
     Attributes
     ----------
-    level : which a student has to reach in it
-    share : %, of the students who have to
-    fewest : students of the smallest group that is shown
+    level : that a student has to reach in the outcome
+    share : how many of the students have to reach it, in %
+    fewest : number of students in the smallest group that is shown
     """
 
     level: Annotated[_Whole, Field(ge=1, le=4)] = 3
@@ -285,6 +285,8 @@ class OutcomeSettings:
 
 @dataclass(frozen=True)
 class _Bench:
+    """The table ``bench`` of the file; its entries are fields of :class:`labcourse.benches.BenchPolicy`."""
+
     which: Literal["own", "same", "preset", "real"] = "own"
     seed: Annotated[_Whole, Field(ge=0, le=MOST_SEED)] = 0
     preset: _Name = ""
@@ -297,7 +299,7 @@ def _bench_schema(_type: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
 
 
 def _in_table(table: str, entry: str) -> Any:
-    """Return the pydantic field of an entry that is not in a class of its table."""
+    """Return the pydantic field for an entry of a table that has no class of its own."""
     return Field(validation_alias=AliasPath(table, entry))
 
 
@@ -316,10 +318,10 @@ class CourseSettings:
     feedback : what students see of their marks, and when
     reflect : whether and when students are asked about contradictions between their answers
     report : what their lab reports may be like
-    releases : the folder in which releases are stored, from the one above the course's
+    releases : the folder in which releases are stored, relative to the folder above the course's
     marks : what counts, and by how much
     levels : what levels are worth, and their thresholds
-    assignments : those that are named; see :func:`labcourse.grading.assignments.of_course`
+    assignments : those in the file; :func:`labcourse.grading.assignments.of_course` adds the others
     deadlines, extensions : what is due when, and who has more time
     late : what lateness costs
     outcomes : when an outcome counts as attained
@@ -345,19 +347,19 @@ class CourseSettings:
 
     @property
     def dues(self) -> tuple[Deadline, ...]:
-        """All deadlines, also those of assignments."""
+        """All deadlines: those of assignments, and those in tables of their own."""
         of_assignments = (Deadline(one.due, one.notebooks) for one in self.assignments if one.due is not None)
         return (*of_assignments, *self.deadlines)
 
     def notebooks_of(self, rule: Deadline | Extension) -> frozenset[str]:
-        """Return the notebooks that a deadline or an extension names; none if it is for all of the course's."""
+        """Return the notebooks that a deadline or an extension is for, without ending; an empty set stands for all."""
         of_assignments = (name for one in self.assignments if one.title in rule.assignments for name in one.notebooks)
         return frozenset([*rule.notebooks, *of_assignments])
 
     def of_marking(self) -> CourseSettings:
-        """Return a copy with defaults for all that the marking of answers does not depend on.
+        """Return a copy with defaults in place of what the marking of answers does not depend on.
 
-        Equal copies mark alike. (``without`` is not among what marking depends on, because each run stores what it is
+        Settings with equal copies mark alike. (Marking does not depend on ``without``, because each run stores what was
         asked.)
         """
         defaults = CourseSettings()
@@ -403,7 +405,7 @@ def read(
     Parameters
     ----------
     folder : of the course
-    presets : names of the benches that the course has
+    presets : names of the benches that all students may be given
     draw : version of how the course draws benches
     benches : name of each of the laboratory's benches with known truth → what is wrong with its file; "" for nothing
     catalogue : of the course's questions, to check names of questions and notebooks; without it they are not checked
@@ -469,12 +471,12 @@ def _refuse_places(file: Path, faults: Iterable[Fault]) -> None:
 
 
 def _dotted(place: EntryPath) -> str:
-    """Write a place for people: "feedback.from", or "deadline 1.due", counted from 1."""
+    """Return the place of an entry as text: "feedback.from", or "deadline 1.due", counted from 1."""
     return "".join(f" {part + 1}" if isinstance(part, int) else f".{part}" for part in place)[1:]
 
 
 def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield a fault for each table and entry that does not exist, and for each name of a table that is none."""
+    """Yield a fault for each table and entry that does not exist, and for each that should be a table and is not."""
     for table, content in data.items():
         rows = content if table in _ROWS else [content]
         if table in _REMOVED:
@@ -495,7 +497,7 @@ def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _suggestion(name: str, known: Sequence[str]) -> str:
-    """Return a text that suggests the most similar known name, and lists all."""
+    """Return a text that suggests the most similar known name, if one is similar, and lists all."""
     near = "".join(f"Did you mean {match}? " for match in get_close_matches(name, known, 1))
     return f"{near}There are {', '.join(known)}."
 
@@ -512,12 +514,12 @@ def _refused_entry(details: ErrorDetails) -> Fault:
 
 
 def _name_list(names: Collection[str]) -> str:
-    """Return names in quotes and in order; "none" if there are none."""
+    """Return names as text, in quotes and sorted; "none" if there are none."""
     return ", ".join(json.dumps(name) for name in sorted(names)) or "none"
 
 
 def _bench_faults(bench: Mapping[str, Any], presets: Collection[str], benches: Mapping[str, str]) -> Iterator[Fault]:
-    """Yield faults of the table ``bench``: entries that do not fit ``which``, and benches that the course lacks.
+    """Yield faults of the table ``bench``: entries that do not fit ``which``, and benches that cannot be used.
 
     Parameters
     ----------
@@ -539,7 +541,7 @@ def _bench_faults(bench: Mapping[str, Any], presets: Collection[str], benches: M
 
 
 def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterator[Fault]:
-    """Yield a fault for each entry that others make meaningless; ``data`` is what the file has."""
+    """Yield a fault for each entry that has no effect or contradicts others; ``data`` is the content of the file."""
     if "late" in data and not settings.dues:
         add = "Add due to an [[assignment]], add a [[deadline]], or leave [late] out."
         yield ("late",), f"nothing has a deadline, so that nothing can be late. {add}"
@@ -567,7 +569,7 @@ def _contradictions(data: Mapping[str, Any], settings: CourseSettings) -> Iterat
 
 
 def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[Fault]:
-    """Yield a fault for each name of a notebook, assignment, question or part that there is not."""
+    """Yield a fault for each name of a notebook, assignment, question or part that does not exist, or is off."""
     rows: list[tuple[EntryPath, Assignment | Deadline | Extension]] = []
     rows += [(("assignment", number), row) for number, row in enumerate(settings.assignments)]
     rows += [(("deadline", number), row) for number, row in enumerate(settings.deadlines)]
@@ -598,7 +600,7 @@ def _unknown_names(settings: CourseSettings, catalogue: Catalogue) -> Iterator[F
 
 
 def _missing(place: EntryPath, names: Iterable[str], known: Collection[str], what: str) -> Iterator[Fault]:
-    """Yield a fault for each of some names that is not known; ``what`` says what has such names."""
+    """Yield a fault, at a place, for each of ``names`` that is not known; ``what`` says what they should name."""
     for name in sorted({*names}.difference(known)):
         yield place, f"there is no {what} {name!a}; there are: {_name_list(known)}."
 
@@ -607,7 +609,7 @@ _OFF = "{} is optional, and the class does not have it. Name it in [optional] no
 
 
 def _doubled(assignments: Sequence[Assignment]) -> Iterator[Fault]:
-    """Yield a fault for each title or notebook that an earlier assignment has, too."""
+    """Yield a fault for each title or notebook of an assignment that an earlier one, or the same, has already."""
     taken: dict[tuple[str, str], str] = {}
     for number, assignment in enumerate(assignments):
         entries = [("title", assignment.title), *(("notebooks", name) for name in assignment.notebooks)]

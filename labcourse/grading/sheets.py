@@ -116,7 +116,10 @@ def read_layouts(folder: Path, catalogue: Catalogue) -> list[Layout]:
 
 
 def _faults(name: str, sheet: _Sheet, catalogue: Catalogue) -> Iterator[str]:
-    """Yield the names that the course does not have."""
+    """Yield a fault for each name in the layout of a sheet that the course does not have.
+
+    There is also a fault if it names both a section and a report, or neither.
+    """
     if (sheet.section is None) == (sheet.report is None):
         yield f"{name}: its rows are those of a section or of a report; name one of them."
     named = {
@@ -133,6 +136,7 @@ def _faults(name: str, sheet: _Sheet, catalogue: Catalogue) -> Iterator[str]:
 
 
 def _layout(sheet: _Sheet, catalogue: Catalogue) -> Layout:
+    """Return the layout of a sheet of the file, with rows for the questions or items that the catalogue has."""
     codes = sheet.codes + sheet.format
     if sheet.section is not None:
         about = f"The rows are the questions of Section {sheet.section}."
@@ -149,7 +153,11 @@ def _layout(sheet: _Sheet, catalogue: Catalogue) -> Layout:
 
 
 def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogue: Catalogue) -> SheetRow:
-    """Return the row of a report's item: what it writes, shows or discusses, and by what its report is judged."""
+    """Return the row of a report's item.
+
+    Its cells hold the item's own text, the answers that it shows, and the part by which the report is judged in it, as
+    far as the item carries their codes; and all parts of the questions in ``also``.
+    """
     parts: dict[Where, str] = {}
     if item.part:
         parts[item.report, item.part] = catalogue.reports[item.report].part(item.part).outcome
@@ -174,12 +182,13 @@ def _parts(question: Question) -> dict[Where, str]:
 
 
 def _by_code(parts: Mapping[Where, str], codes: Iterable[str]) -> dict[str, list[Where]]:
+    """Return code → the parts that carry it, for those of the codes that a part carries."""
     by_code = {code: [where for where, own in parts.items() if own == code] for code in codes}
-    return {code: there for code, there in by_code.items() if there}
+    return {code: carriers for code, carriers in by_code.items() if carriers}
 
 
 def on_no_sheet(layouts: Iterable[Layout], catalogue: Catalogue) -> Iterator[tuple[str, Part]]:
-    """Yield what is worth points and is on no sheet, as (number of the question, part)."""
+    """Yield the parts that are worth points and are on no sheet, each after the number of its question."""
     placed = {where for layout in layouts for where in layout.parts}
     for number, question in catalogue.marked.items():
         for part in question.parts:
@@ -207,12 +216,12 @@ class Scored:
 
     @property
     def level_text(self) -> str:
-        """The level as "3", as "3 …" if something waits, or as "…"."""
+        """The level as "3", as "3 …" if some parts are not decided, or as "…" if none is."""
         return " ".join([*([] if self.level is None else [str(self.level)]), *([UNMARKED] if self.all.waiting else [])])
 
     @property
     def points_texts(self) -> list[str]:
-        """The points as "2/2 m", "0.5/1 p" and "…/1", as far as there are any."""
+        """Points earned of points possible, as "2/2 m" (machine), "0.5/1 p" (person) and "…/1" (not decided)."""
         waiting = [f"{UNMARKED}/{points(self.by_whom[UNMARKED].possible)}"] if UNMARKED in self.by_whom else []
         marked = ((who, sums) for who, sums in self.by_whom.items() if who != UNMARKED)
         return [f"{points(sums.earned)}/{points(sums.possible)} {who}" for who, sums in marked] + waiting
@@ -261,18 +270,19 @@ class Sheet:
 
 
 def fill(layout: Layout, standing: Standing, levels: LevelSettings) -> Sheet:
-    """Fill in a sheet. A part that was not asked for, dropped, excused, or is neither due nor there, is on no sheet.
+    """Fill in a sheet with a student's parts. Cells without any are left out.
 
     Parameters
     ----------
     layout : of the sheet
-    standing : the student, and the parts that carry codes
+    standing : the student, and the parts that carry codes: without those that were not asked for, are dropped or
+        excused, or are neither due nor handed in
     levels : of shares of points
     """
-    there = {part.mark.where: part for part in standing.parts}
+    judged = {part.mark.where: part for part in standing.parts}
 
     def scored(cells: Mapping[str, Iterable[Where]]) -> dict[str, Scored]:
-        scored_parts = {code: [there[where] for where in places if where in there] for code, places in cells.items()}
+        scored_parts = {code: [judged[where] for where in places if where in judged] for code, places in cells.items()}
         return {code: score(parts, levels) for code, parts in scored_parts.items() if parts}
 
     columns = {code: [where for row in layout.rows for where in row.cells.get(code, ())] for code in layout.columns}
@@ -289,14 +299,14 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     ----------
     out : folder; made if needed
     course, book : the course with its sheets, and the gradebook with the marks
-    students : IDs of the students who get a file, and are in that of the class; all students if it is empty
+    students : IDs of the students who get a file and stand in the file of the class; all students if it is empty
 
     Returns
     -------
     int
-        Of how many students.
+        Number of students with sheets.
     list[str]
-        What is on no sheet, and who has no marks.
+        Notes: which parts are on no sheet, what the settings drop, and which students have no marks.
 
     Raises
     ------
@@ -313,9 +323,9 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
             where = f"({program.name()} report lists them in grades.csv.)"
             raise GradingError(f"There is no student {student!r} in this gradebook. {where}")
     wanted = dict.fromkeys(map(caseless, students)) or known
-    there = [everybody[one] for one in wanted if one in everybody]
+    marked = [everybody[one] for one in wanted if one in everybody]
     sheets = {
-        standing.about.student: [fill(layout, standing, settings.levels) for layout in layouts] for standing in there
+        standing.about.student: [fill(layout, standing, settings.levels) for layout in layouts] for standing in marked
     }
     pages = {out / student / SHEETS_PAGE: own for student, own in sheets.items()}
     pages[out / SHEETS_PAGE] = [sheet for own in sheets.values() for sheet in own]
@@ -329,7 +339,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
         "Dropped by course.toml, and on no sheet": settings.marks.drop,
         "Without marks, and so without sheets": [known[one] for one in wanted if one not in everybody],
     }
-    return len(there), [f"{what}: {', '.join(names)}." for what, names in notes.items() if names]
+    return len(marked), [f"{what}: {', '.join(names)}." for what, names in notes.items() if names]
 
 
 def as_page(sheets: Sequence[Sheet], course: Course) -> str:

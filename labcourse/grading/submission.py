@@ -43,13 +43,13 @@ if TYPE_CHECKING:
     from labcourse.grading.running.bundle import Bundle
     from labcourse.run.merge import Merged
     from labcourse.run.portability import Version
-    from labcourse.run.reasons import ClaimedCells
+    from labcourse.run.reasons import CellIdsAtHome
 
 NEVER = datetime.fromtimestamp(0, UTC)
 
 #: What an instructor may decide, besides a file (by its name in the course).
 OWNER, TIME_RECEIVED, PARTNER, PLATFORM = "owner", "time received", "partner", "platform"
-#: :attr:`Doubt.key` → what was decided.
+#: :attr:`Doubt.key` → what the instructor decided, as text.
 Decisions = Mapping[tuple[str, str], str]
 
 
@@ -59,13 +59,13 @@ class Doubt:
 
     Attributes
     ----------
-    submission : name of the folder, archive or file, from the class's folder on; for a partner, the student who named
+    submission : path of the folder, archive or file in the class's folder; for a partner, ID of the student who named
         them
     about : :data:`OWNER`, :data:`TIME_RECEIVED`, :data:`PARTNER` or :data:`PLATFORM`; or the name of a file of the
         course, if several of the submission may be it
     assumed : what counts without a decision; "" for nothing
-    why : reasons; a text where the row was read from the file
-    alternatives : what else it may be; the partner
+    why : reasons for the doubt; texts if the row was read from the file
+    alternatives : what it may be instead, as text; of a time, when the files were saved; of a partner, their ID
     """
 
     submission: str
@@ -76,7 +76,7 @@ class Doubt:
 
     @property
     def key(self) -> tuple[str, str]:
-        """Identify the row. A decision on a time holds for files that were saved then, if the row says when."""
+        """The key of the row in :data:`Decisions`; it has the partner, or when the files were saved, if the row has."""
         of = f": {self.alternatives}" if self.about in (TIME_RECEIVED, PARTNER) and self.alternatives else ""
         return self.submission, f"{self.about}{of}"
 
@@ -87,12 +87,12 @@ class Owner:
 
     Attributes
     ----------
-    students : IDs by its name; none if nobody was identified
+    students : IDs of the students that its name says; none if nobody was identified
     claimed : IDs of further students whom its course.json names
-    waiting : those of them that a person has to confirm; until then nothing of the submission is theirs
-    declined : those of them who are no partners, as the instructor decided
+    waiting : those of ``claimed`` whom a person has to confirm; until then nothing of the submission is theirs
+    declined : those of ``claimed`` who are no partners, as the instructor decided
     bench_of : ID of the student with the bench that was used
-    attempt : number of the attempt, or of the copy; the higher, the later
+    attempt : number of the attempt, or of the copy, in the name; the higher, the later
     group : the platform's group in the name; "" without one
     is_certain : whether the name is on the roster, be it of several students
     is_decided : whether the instructor decided this
@@ -114,7 +114,7 @@ class Owner:
 
     @property
     def everybody(self) -> tuple[str, ...]:
-        """All students to whom it belongs, the claimed ones last."""
+        """IDs of all students to whom the piece belongs: partners who count last, without those waiting or declined."""
         return (*self.students, *(name for name in self.claimed if name not in (*self.waiting, *self.declined)))
 
 
@@ -125,18 +125,18 @@ class Piece:
     Attributes
     ----------
     source : path in the class's folder, which may lead through archives
-    name : name of the folder, archive or file, without the ending of an archive
-    outer : name of what lies among the submissions: it holds this piece, or is it
+    name : name that says who handed it in: of the folder, archive or file, without the ending of an archive
+    outer : name of the folder, archive or file among the submissions that holds this piece, or is it
     label : what the name says if a platform gave it; None if the student did
     archived : when the archive or file among the submissions was received, UTC; None if that is not known
     copy : number of the copy in the name of an archive within the submission; the higher, the later
     files : path → file
     refused : path → reason why it is not read
-    trouble : why nothing of it can be read; nothing if it can be read
-    course : content of its course.json
+    trouble : why nothing of it can be read; empty if it can be read
+    course : content of its course.json; empty if it has none that can be read
     owner : the students to whom it belongs
-    received : time of receipt, UTC
-    clock : how a time is known; "" if only the student's computer wrote it
+    received : time of receipt, UTC; when it was saved, if no time of receipt is known
+    clock : how the time of receipt is known; "" if only the student's computer wrote it
     saved : when it was saved, UTC, by the student's computer
     """
 
@@ -162,42 +162,42 @@ class Submission:
 
     Attributes
     ----------
-    student : ID
+    student : ID of the student
     problems, notes : what went wrong, and what is worth knowing; each step adds its own
 
     pieces : found: all that the student handed in, in order of time
     bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
     partners : IDs of the students with whom it was handed in
     claimed_by : ID of the partner who handed in, if this student handed in nothing; "" otherwise
-    unconfirmed : what others handed in who name this student as a partner, which a person has to confirm
+    unconfirmed : pieces that others handed in who name this student as a partner, while no person has confirmed that
 
     items : read: all files of the pieces, in order of time; notebooks without outputs
     names : names of all files of the pieces, also of those that are not read
     has_notebooks : whether notebooks of the course are among the items
     python : newest version of Python with which a notebook was saved; None if no notebook says it
-    faults : problems that nothing that is read later solves
+    faults : problems that stay, whatever is read later
     unread : name of a file of the course → why it cannot be read; removed when a later one is read
     unreadable : pieces that cannot be read; moved to the notes when a later piece has notebooks
     doubts : rows of ``intake.csv``: what an instructor may decide
-    waiting : notebook that others handed in who name this student as a partner, unconfirmed → their IDs
+    waiting : file name of a notebook in the unconfirmed pieces → IDs of the students who handed it in
 
     notebooks : what counts of all that was ever handed in: notebook's file name → its cells
     files : the student's own files beside the notebooks: relative path, with "/" → content
-    answers_at_home : their own answers.json, which is only compared with what a run records
-    course : content of their course.json
-    pdfs : file name of a report's PDF → its content; nothing of it is run
+    answers_at_home : the student's own answers.json, which is only compared with what a run records; None without one
+    course : content of the student's course.json; empty without one
+    pdfs : file name of a report's PDF → content of the PDF; nothing of it is run
 
-    bundle : prepared: the release that it is run with
+    bundle : prepared: the release that the submission is run with
     merged : the notebooks to run
     words : (question, part) → answer in words, from the saved notebooks
-    claim : what was recorded at home; None if that is not known
+    claim : by which cells answers were recorded at home; None if that is not known
     supplied : "1.2.speed" → value that the instructor supplied in place of a missing answer
     untouched : names of notebooks, without ending, in which the student changed nothing
 
     key : identified: digest of all that the run depends on
     digest : digest of the whole submission, problems and notes included
     prepared_from : digest of all that it was prepared from
-    probe_seed : from which the inputs of functions are drawn
+    probe_seed : seed from which the inputs of functions are drawn
 
     answers : run: content of the answers' file; None if there is none; untrusted, like the next two
     cell_reports : what the cells reported
@@ -205,10 +205,10 @@ class Submission:
     ended : what went wrong with the run as a whole
 
     missing : explained: (question, part) → why there is no answer, where that is known
-    asked : (question, part) that the student's release asks; None if it is the course's
+    asked : the (question, part) that the student's release asks for; None if that is all that the course asks for
     policy : which bench each student had; None if it is not known
     documents : number of a report → the PDF that was handed in
-    waits : (question, part) of notebooks that are missing, while nobody has confirmed a partner who handed in
+    waits : the (question, part) of missing notebooks that are in ``waiting``
 
     marks : of the key, in its order
     before : run and marks that counted before; None without any
@@ -246,7 +246,7 @@ class Submission:
     bundle: Bundle = field(init=False, repr=False, compare=False)
     merged: Merged = field(init=False, repr=False, compare=False)
     words: Mapping[Where, TextAnswer] = field(default_factory=dict)
-    claim: ClaimedCells | None = None
+    claim: CellIdsAtHome | None = None
     supplied: Mapping[str, Any] = field(default_factory=dict)
     untouched: tuple[str, ...] = ()
 

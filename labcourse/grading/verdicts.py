@@ -12,7 +12,7 @@ from labcourse.problems import Reason
 
 
 class OwnAnswers(Protocol):
-    """The student's own answers: ``own("1.2", "speed")`` returns one. Raises LookupError if there is no usable one."""
+    """The student's own answers: ``own("1.2", "speed")`` returns one. Raises LookupError without a usable one."""
 
     def __call__(self, question: str, part: str) -> Any: ...
 
@@ -36,10 +36,10 @@ class Case:
 
     Attributes
     ----------
-    bench : the student's own bench as it really is, from the course's ``bench``
+    bench : the student's own bench as it really is, from :meth:`labcourse.grading.course.Course.true_bench`
     own : the student's other answers
     probe_seed : seed from which the inputs of functions were drawn
-    virtual : whether the truth of the bench is known, as it is for a virtual one
+    virtual : whether the truth of the bench is known, as that of a virtual bench is, and that of some real ones
     """
 
     bench: Any
@@ -50,7 +50,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A status, the share of the points (0 to 1), and the reason: the words of the key, or a problem."""
+    """What a check decides: a status, the share of the points (0 to 1), and the reason, a text or a problem."""
 
     status: Status
     share: float
@@ -65,8 +65,8 @@ class OwnBench:
 
     Attributes
     ----------
-    expected : bench → the number that is measured on it
-    rtol : largest relative difference to the expected number
+    expected : function of a bench: returns the number that is measured on it
+    rtol : largest relative difference from the expected number
     is_discriminating : whether an equal number is a hint by itself; False where all students read off the same scale
     """
 
@@ -85,27 +85,27 @@ class Check(Protocol):
 
 
 def right(reason: str) -> Verdict:
-    """Give all points."""
+    """Return a verdict with all points."""
     return Verdict(Status.RIGHT, 1.0, reason)
 
 
 def follow_through(reason: str) -> Verdict:
-    """Give all points to an answer that is right given the student's own earlier answers."""
+    """Return a verdict with all points for an answer that is right given the student's own earlier answers."""
     return Verdict(Status.FOLLOW_THROUGH, 1.0, reason)
 
 
 def partly(share: float, reason: str) -> Verdict:
-    """Give a share (0 to 1) of the points."""
+    """Return a verdict with a share (0 to 1) of the points."""
     return Verdict(Status.PARTLY, share, reason)
 
 
 def wrong(reason: str) -> Verdict:
-    """Give no points."""
+    """Return a verdict with no points."""
     return Verdict(Status.WRONG, 0.0, reason)
 
 
 def for_a_person(reason: str) -> Verdict:
-    """Leave the answer to a person: no points yet."""
+    """Return a verdict that leaves the answer to a person: no points yet."""
     return Verdict(Status.FOR_A_PERSON, 0.0, reason)
 
 
@@ -114,7 +114,7 @@ class JudgesMissing(Protocol):
     """A check that may accept a missing answer."""
 
     def missing(self, part: Part, case: Case) -> Verdict | None:
-        """Judge a missing answer; return None if it is only missing."""
+        """Judge a missing answer; return None if there is no more to say than that it is missing."""
 
 
 Key = Mapping[str, Mapping[str, Check]]  #: question → part → check

@@ -55,8 +55,8 @@ _OF_NO_VALUE = {"NameError", "TypeError", "AttributeError", "ValueError", "Index
 _BINDS_UNSEEN = ("import *", "%")  # in a cell's source: it may bind names that are not written in it
 _MOST = 20  # cells, and parameters, that are mentioned though they cost nothing
 
-#: What a student's own ``answers.json`` says was recorded: question → part → id of the cell; "" if no cell did it.
-ClaimedCells = Mapping[str, Mapping[str, str]]
+#: From a student's own ``answers.json``: question → part → id of the cell that recorded the answer; "" if none did.
+CellIdsAtHome = Mapping[str, Mapping[str, str]]
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def explain(
     catalogue: Catalogue,
     *,
     handed_in: Collection[str],
-    claim: ClaimedCells | None = None,
+    claim: CellIdsAtHome | None = None,
     seconds: float | None = None,
     at_home: bool = False,
     python: Version | None = None,
@@ -148,7 +148,7 @@ def explain(
 
 
 def _lost(
-    run: Causes, claim: ClaimedCells, causes: Mapping[Where, Cause], handed_in: Collection[str]
+    run: Causes, claim: CellIdsAtHome, causes: Mapping[Where, Cause], handed_in: Collection[str]
 ) -> dict[Where, Problem]:
     """Return what is claimed, and missing though nothing stopped: (question, part) → why."""
     lost = {}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from made_courses import OURS
 
 from labcourse.grading.accounts import account_of, half_up, in_full
-from labcourse.grading.assignments import Handed, exact, timing
+from labcourse.grading.assignments import Handed, exact, lateness
 from labcourse.grading.gradebook import Arrival, StudentRecord
 from labcourse.grading.marks import Mark
 from labcourse.grading.settings import CourseSettings, Deadline, Extension, LateSettings, MarkSettings
@@ -89,7 +89,7 @@ def test_what_is_dropped_never_matters(shares, others, drop, weight, late, after
 )
 def test_whose_an_extension_is(extension, has):
     more = replace(extension, until=DUE + timedelta(days=1))
-    found = timing(CourseSettings(deadlines=(Deadline(DUE),), extensions=(more,)), ADA, "x", None)
+    found = lateness(CourseSettings(deadlines=(Deadline(DUE),), extensions=(more,)), ADA, "x", None)
     assert (found.until > DUE) == has
 
 
@@ -113,9 +113,9 @@ def test_of_deadlines_the_latest_that_is_for_student_and_notebook_counts():
         Deadline(days[3], ("x",), section="B"),
     )
     settings = CourseSettings(deadlines=deadlines)
-    assert [timing(settings, ADA, name, None).due for name in "xyz"] == [days[1], days[2], days[0]]
-    assert timing(settings, StudentRecord("bob", section="B"), "x", None).due == days[3]
-    assert timing(CourseSettings(deadlines=deadlines[2:]), ADA, "x", None) is None
+    assert [lateness(settings, ADA, name, None).due for name in "xyz"] == [days[1], days[2], days[0]]
+    assert lateness(settings, StudentRecord("bob", section="B"), "x", None).due == days[3]
+    assert lateness(CourseSettings(deadlines=deadlines[2:]), ADA, "x", None) is None
 
 
 @pytest.mark.parametrize(("per_day", "waits"), [(10, True), (0, False)])

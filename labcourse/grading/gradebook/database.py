@@ -42,16 +42,16 @@ class Database:
 
     Parameters
     ----------
-    url : a file, or the address of a database: ``sqlite:///file`` or ``postgresql://user:password@host/name``
+    url : path of a file, or address of a database: ``sqlite:///file`` or ``postgresql://user:password@host/name``
 
     Attributes
     ----------
-    where : its name in messages; never with a password
+    where : name of the database in messages; never with a password
 
     Raises
     ------
     GradebookError
-        If the address is not understood, or the driver for it is not installed.
+        If the address is not understood, the driver for it is not installed, or the file cannot be made or opened.
     """
 
     def __init__(self, url: str | Path) -> None:
@@ -93,7 +93,7 @@ class Database:
                 session.add(About(VERSION, secrets.token_bytes(_SECRET_BYTES)))
 
     def _is_ready(self, session: Session) -> bool:
-        """Return True for a gradebook of this version, and False for an empty database. Refuse anything else."""
+        """Return True for a gradebook of this version, False for an empty database; raise GradebookError otherwise."""
         if not (tables := set(inspect(session.connection()).get_table_names())):
             return False
         is_former = "gradebook_version" in tables  # before version 6
@@ -141,7 +141,7 @@ class Database:
 
     @contextmanager
     def _transaction(self, start: list[str]) -> Iterator[Session]:
-        """Run a block in a transaction that begins with these statements, and commit at its end."""
+        """Run a block in a transaction that begins with statements; commit at its end, or undo all after an error."""
         with self._explained(), Session(self._engine, expire_on_commit=False) as session, session.begin():
             for statement in start:
                 session.connection().exec_driver_sql(statement)
@@ -149,7 +149,7 @@ class Database:
 
     @contextmanager
     def _explained(self) -> Iterator[None]:
-        """Raise errors of the database as GradebookError."""
+        """Raise errors of the database in a block as GradebookError."""
         try:
             yield
         except (DBAPIError, OverflowError) as error:  # SQLite's driver raises OverflowError itself
@@ -157,13 +157,13 @@ class Database:
 
 
 def is_address(url: str | Path) -> bool:
-    """Return whether a gradebook is named by the address of a database; if not, it is a file.
+    """Return whether a gradebook is named by the address of a database; if not, by the path of a file.
 
     Raises
     ------
     GradebookError
-        If it looks like an address, as ``postgresql:/...`` does, but cannot be read. It may hold a password, which must
-        not appear in a message or in the name of a file.
+        If the name looks like an address, as ``postgresql:/...`` does, but cannot be read as one. It may hold a
+        password, which must not appear in a message or in the name of a file.
     """
     address = None if isinstance(url, Path) else _ADDRESS.search(url)
     if address is None:
@@ -177,7 +177,7 @@ def is_address(url: str | Path) -> bool:
 
 
 def _address(url: str | Path) -> URL:
-    """Return the address of a file or of a database, with the driver that is used for it."""
+    """Return the address of a file or of a database, with the driver that is used for it. Raises GradebookError."""
     if not is_address(url):
         return URL.create("sqlite", database=str(url))
     address = make_url(str(url))
@@ -188,7 +188,7 @@ def _address(url: str | Path) -> URL:
 
 
 def _sqlite(address: URL) -> Engine:
-    """Return the engine for a file, which is made if it does not exist."""
+    """Return the engine for a file of SQLite, which is made if it does not exist. Raises GradebookError."""
     path = Path(address.database or "")
     if not address.database or address.database == ":memory:":
         raise GradebookError("A gradebook in SQLite needs a file, as in sqlite:///gradebook.sqlite.")
@@ -210,7 +210,7 @@ def _sqlite(address: URL) -> Engine:
 
 
 def _postgres(address: URL) -> Engine:
-    """Return the engine for a server."""
+    """Return the engine for a server of PostgreSQL. Raises GradebookError if its driver is not installed."""
     try:
         return create_engine(address, pool_pre_ping=True)
     except (ImportError, NoSuchModuleError):
@@ -218,7 +218,7 @@ def _postgres(address: URL) -> Engine:
 
 
 def _message(error: DBAPIError | OverflowError) -> str:
-    """Return the database's message, without the statement and its values, which are untrusted text."""
+    """Return an error of the database as text: without the statement and its values, which are untrusted."""
     message = str(getattr(error, "orig", error)).strip()
     if "file is not a database" in message:
         return "this file is not a gradebook. It is not changed; choose another."

@@ -34,7 +34,7 @@ class EarlierRun:
 
     Attributes
     ----------
-    bench_of : ID of the student with the bench of the run; "" if that is not known
+    bench_of : ID of the student with the bench on which it was run; "" if that is not known
     has_files : whether the student handed in files, and not only a partner for them
     supplied : "1.2.speed" → value that an instructor supplied
     """
@@ -45,7 +45,7 @@ class EarlierRun:
 
 
 def is_gradebook(path: Path) -> bool:
-    """Return whether a file is a database of SQLite."""
+    """Return whether a file is a database of SQLite, by its first bytes."""
     if not path.is_file():
         return False
     with path.open("rb") as file:
@@ -53,22 +53,23 @@ def is_gradebook(path: Path) -> bool:
 
 
 def take_over(new: Path, earlier: Path) -> dict[str, EarlierRun]:
-    """Copy all but runs and marks from an earlier gradebook into a new one, unless that was done before.
+    """Copy all but runs, marks and claims from an earlier gradebook into a new one, unless that was done before.
 
     Parameters
     ----------
-    new : file of a gradebook, which is empty or was made of the earlier one
+    new : file of a gradebook without students, or of one that was made from this earlier one
     earlier : file of a gradebook of the version before
 
     Returns
     -------
     dict
-        ID of each student who was graded → what to know for grading them again.
+        ID of each student who was graded → what the stored files do not say, for grading them again.
 
     Raises
     ------
     GradebookError
-        If the earlier file is of another version, or if the new one has other students.
+        If the earlier file is damaged or of another version, or if the new one has students and was not made from this
+        earlier file. Then nothing is copied.
     """
     with closing(sqlite3.connect(new, isolation_level=None)) as connection:
         try:
@@ -91,7 +92,7 @@ def take_over(new: Path, earlier: Path) -> dict[str, EarlierRun]:
 
 
 def _copy(connection: sqlite3.Connection) -> None:
-    """Copy the rows of all tables that are not made anew."""
+    """Copy the rows of all tables that are not made anew; texts that are JSON now are quoted."""
     for table in Base.metadata.sorted_tables:
         if table.name not in _MADE_ANEW:
             names = [column.name for column in table.columns]
@@ -103,5 +104,6 @@ def _copy(connection: sqlite3.Connection) -> None:
 
 
 def _run(cells: str, supplied: str, has_files: int) -> EarlierRun:
+    """Return what a row of the earlier table of runs says; ``cells`` and ``supplied`` are JSON."""
     facts = [*json.loads(cells or "[]"), {}][0]
     return EarlierRun(facts.get("bench_of", ""), bool(has_files), json.loads(supplied or "{}"))

@@ -59,12 +59,12 @@ def is_student(student: str) -> ColumnElement[bool]:
 
 
 def find_student(session: Session, student: str) -> StudentRecord | None:
-    """Look up a student, without regard to capitals."""
+    """Look up a student by ID, without regard to capitals; return None if there is none."""
     return session.scalar(select(StudentRecord).where(is_student(student)))
 
 
 def known_student(session: Session, student: str) -> StudentRecord:
-    """Look up a student. Raises GradebookError if there is none."""
+    """Look up a student by ID, without regard to capitals. Raises GradebookError if there is none."""
     match = find_student(session, student)
     if match is None:
         raise GradebookError(f"There is no student {storable.text(student)!r} in the gradebook.")
@@ -72,13 +72,13 @@ def known_student(session: Session, student: str) -> StudentRecord:
 
 
 def student_for(session: Session, student: str) -> StudentRecord:
-    """Look up a student, or add them. Raises GradebookError if the ID cannot be one."""
+    """Look up a student by ID, or add them. Raises GradebookError if the ID is not valid."""
     student = storable.student(student)
     return find_student(session, student) or add_student(session, StudentRecord(student))
 
 
 def add_student(session: Session, student: StudentRecord) -> StudentRecord:
-    """Add a student."""
+    """Add a student who is not in the gradebook yet; return the record, which then has a number."""
     student.folded = caseless(student.student)
     session.add(student)
     session.flush()
@@ -102,7 +102,7 @@ def put(session: Session, student_id: int, record: _Stored, **own: Any) -> _Stor
 
 
 def read(session: Session, table: type[_Named], *which: Any) -> list[_Named]:
-    """Read the records for which some conditions hold, with their student's ID, in the order of writing."""
+    """Read the records of a table for which all conditions hold, with their students' IDs, in the order of writing."""
     statement = select(table, StudentRecord.student).join(StudentRecord, StudentRecord.id == table.student_id)
     records = []
     for record, student in session.execute(statement.where(*which).order_by(*inspect(table).primary_key)):
@@ -119,13 +119,13 @@ class Person:
 
     Parameters
     ----------
-    about : who
+    about : the person's record
 
     Attributes
     ----------
-    student : the ID
-    names : that are looked for in texts, the longest first
-    too_short : names that are not looked for
+    student : ID of the person
+    names : the person's names that are looked for in texts, the longest first
+    too_short : the person's names that are not looked for, since they are too short
     """
 
     def __init__(self, about: StudentRecord) -> None:
@@ -137,7 +137,11 @@ class Person:
         self._named = re.compile(rf"(?<!\w)(?:{'|'.join(spelled)})(?!\w)" if spelled else r"(?!)", re.IGNORECASE)
 
     def redacted(self, value: Any) -> Any:
-        """Return a text, a problem, several, or the state of a mark, with a marker for each of the person's names."""
+        """Return a value with :data:`MARKER` in place of each of the person's names.
+
+        It may be a text, a problem, a list or tuple of these, the state of a mark, or a mapping, of which only the
+        reason is changed. Other values are returned as they are.
+        """
         if isinstance(value, str):
             return self._named.sub(MARKER, value)
         if isinstance(value, Problem):
@@ -152,7 +156,7 @@ class Person:
         return value
 
     def is_named_in(self, value: Any) -> bool:
-        """Return whether a text, a file, or data of JSON names the person."""
+        """Return whether a text, the bytes of a file, a problem, the state of a mark, a dict or tuple names them."""
         if isinstance(value, bytes):
             value = value.replace(b"\0", b"").decode("utf-8", "replace")  # UTF-16 has a zero byte beside each letter
         elif isinstance(value, MarkState | Problem | dict | tuple):
@@ -164,7 +168,7 @@ def _is_long_enough(name: str) -> bool:
     return len(name) >= (FEWEST_DIGITS if name.isdecimal() else FEWEST_CHARACTERS)
 
 
-#: Takes a person out of another student's run or file, in place.
+#: Function that takes a person out of another student's run or file: it changes the record.
 Redaction = Callable[[RunRecord | Delivery, Person], None]
 
 
@@ -196,8 +200,8 @@ class Persons:
         ----------
         student, actor : the person to erase, and the person who does it
         partners : students who get the person's files, except those of which they have files of their own
-        change : takes the person out of other students' runs and files
-        dry_run : whether only to return what would be done
+        change : function that takes the person out of other students' runs and files
+        dry_run : whether only to return what would be done, and to change nothing
 
         Raises
         ------
@@ -224,7 +228,7 @@ class Persons:
             return erased_students(session, students)
 
     def copy(self, student: str) -> str:
-        """Return all rows of a student as JSON: table → rows. Files are text; those that are not, base64.
+        """Return all rows of a student as the text of JSON: table → rows. Files that are not text are in base64.
 
         Raises
         ------
@@ -257,13 +261,13 @@ def erased_students(session: Session, students: Iterable[str]) -> dict[str, date
 
 
 def _digest(session: Session, student: str) -> bytes:
-    """Return what identifies an erased student. Without the gradebook's secret it cannot be made of an ID."""
+    """Return the digest by which an erased student is recognised. It is made of the ID and the gradebook's secret."""
     secret = session.scalars(select(About.secret)).one()
     return hmac.digest(secret, f"erased: {caseless(student)}".encode(), "sha256")
 
 
 def remove(session: Session, student: str) -> StudentRecord:
-    """Delete a student's row, and return it. Raises GradebookError if there is no such student, or any other row."""
+    """Delete a student's row, and return it. Raises GradebookError without such a row, or if the student has others."""
     about = known_student(session, student)
     if counts := _counts(session, about.id):
         raise GradebookError(
@@ -275,27 +279,27 @@ def remove(session: Session, student: str) -> StudentRecord:
 
 
 def _of(table: Table, number: int) -> ColumnElement[bool]:
-    """Return the condition for a student's rows of a table."""
+    """Return the condition for the rows of a table that belong to a student, by the number of the student's row."""
     if "student_id" in table.c:
         return table.c.student_id == number
     return table.c.run_id.in_(select(RunRecord.id).where(RunRecord.student_id == number))
 
 
 def _rows(session: Session, table: Table, number: int) -> list[dict[str, Any]]:
-    """Return a student's rows of a table, in the order of writing."""
+    """Return the rows of a table that belong to a student (by number), in the order of writing."""
     own = select(table).where(_of(table, number)).order_by(*table.primary_key)
     return list(map(dict, session.execute(own).mappings()))
 
 
 def _counts(session: Session, number: int) -> dict[str, int]:
-    """Count a student's rows, by table; tables without any are left out."""
+    """Return name of a table → count of rows that belong to a student (by number); tables without any are left out."""
     counted = {table.name: select(func.count()).where(_of(table, number)) for table in _OF_STUDENTS}
     counts = {name: session.scalar(statement) or 0 for name, statement in counted.items()}
     return {name: count for name, count in counts.items() if count}
 
 
 def _erase(session: Session, student: str, actor: str, partners: Iterable[str], change: Redaction) -> Erased:
-    """Delete a person's rows, and replace their names in the rows of others; nothing if they were erased before."""
+    """Delete a person's rows, and replace their names in rows of others; do nothing if they were erased before."""
     if erased_students(session, [student]):
         return Erased(StudentRecord(student), {})
     stored = known_student(session, student)
@@ -322,7 +326,7 @@ def _erase(session: Session, student: str, actor: str, partners: Iterable[str], 
 
 
 def _hand_over(session: Session, student: int, partner: int) -> None:
-    """Store a student's files for a partner, too, who has no file of that name."""
+    """Store the files of a student for a partner, too, except those with names that the partner's own files have."""
     own = set(session.scalars(select(Delivery.name).where(Delivery.student_id == partner)))
     files = select(Delivery).where(Delivery.student_id == student, Delivery.name.not_in(own)).order_by(Delivery.id)
     for file in session.scalars(files).all():
@@ -330,7 +334,7 @@ def _hand_over(session: Session, student: int, partner: int) -> None:
 
 
 def _records(session: Session) -> Iterator[tuple[Any, str]]:
-    """Yield the records in which persons may be named, each with a text that says where it is."""
+    """Yield all records of tables in which persons may be named, each with a text that says where it is."""
     students: dict[Any, str] = dict(session.execute(select(StudentRecord.id, StudentRecord.student)).all())
     runs: dict[Any, int] = dict(session.execute(select(RunRecord.id, RunRecord.student_id)).all())
     for table in sorted({mapper.class_ for mapper in Base.registry.mappers} - {About, StudentRecord}, key=repr):

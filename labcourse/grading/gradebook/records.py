@@ -32,7 +32,7 @@ TOKEN_LASTS = timedelta(days=200)  #: a term with its examinations
 
 @dataclass(frozen=True)
 class MarkState:
-    """What the audit trail stores of a mark when it changes. A status stays as it was called then."""
+    """What the audit trail stores of a mark when the mark changes. The status is stored under its name of that time."""
 
     status: str
     points: float
@@ -73,7 +73,7 @@ class Instant(sa.TypeDecorator[datetime]):
 
 
 class Json(sa.TypeDecorator[Any]):
-    """A tuple, stored as a list in sa.JSON, or the state of a mark, stored as an object; None is NULL."""
+    """A tuple, stored as a list of JSON, or the state of a mark, stored as an object of JSON; None is NULL."""
 
     impl = sa.JSON(none_as_null=True)
     cache_ok = True
@@ -183,9 +183,9 @@ class Delivery(Base):
     ----------
     name : a notebook's file name, an own file's path relative to the folder, "answers.json" or "course.json"
     digest : equal for equal content
-    content : as it was handed in, or what is stored of it
-    received : when
-    source : what it came in, as the name of a zip
+    content : bytes as they were handed in; of a notebook, its cells without outputs
+    received : time of receipt, UTC; when it was saved, if only that is known
+    source : path of the folder, archive or file that it came in, in the class's folder
     clock : how the time is known; "" if only the student's computer wrote it, None if that was not recorded
     """
 
@@ -215,24 +215,24 @@ class RunRecord(Base, kw_only=True):
     Attributes
     ----------
     key : hash of all that the run depends on, the student too: two runs with the same key are the same run
-    student : ID, as written in the submission
-    submission : digest of what was handed in
-    master : digest of the notebooks that it was run in
-    software : name and version
-    probe_seed : from which the inputs of functions were drawn
-    isolation : how it was run
-    answers : the file of answers that it wrote; None if it wrote none
+    student : ID
+    submission : digest of the whole submission, problems and notes included
+    master : digest of the bundle that it was run with
+    software : name and version of the software that ran it
+    probe_seed : seed from which the inputs of functions were drawn
+    isolation : whether it was run in isolation, as text
+    answers : content of the ``answers.json`` that it wrote; None if it wrote none
     problems : what went wrong
     notes : other messages
-    cells : what the cells reported while they ran, in order
+    cells : empty, or the facts that :mod:`labcourse.grading.graded_run` stores of the submission
     claim : question → part → id of the cell that recorded the answer when the student ran it
     words : question → part → ``{"text": ..., "pictures": {name: PNG in base64}}``: answers from text cells
     supplied : values that an instructor gave in place of missing ones: as "1.2.speed" → value
-    release : identity of the release that it was run under; "" if it has none
+    release : name of the release that it was run with; "" if it has none
     files : names of the student's own files in the submission
     prepared_from : digest of all that it was prepared from; "" if it is to be prepared again
 
-    The six before it are plain data of JSON: lists, no tuples, and finite numbers.
+    ``cells``, ``claim``, ``words`` and ``supplied`` are plain data of JSON: lists, no tuples, and finite numbers.
     """
 
     __tablename__ = "runs"
@@ -276,7 +276,7 @@ class MarkRow(Base):
 
 
 class GivenMark(Base):
-    """A mark that a person gave, who, and when (UTC). It holds while answer and possible points do not change."""
+    """A mark that a person gave, who gave it, and when (UTC). It holds while answer and possible points stay."""
 
     __tablename__ = "decisions"
 
@@ -305,8 +305,8 @@ class Graded:
     run : the run
     marks : in the order of the key; a person's mark in place of the software's, if it holds
     key_digest : of the key that the software's marks were made with
-    lapsed : persons' marks that do not hold for this run, because the answer or the possible points are others; they
-        are returned by the gradebook, and ignored when a run is stored
+    lapsed : persons' marks that do not hold for this run, because the answer or the possible points are different; the
+        gradebook fills them in, and ignores them when a run is stored
     """
 
     run: RunRecord
@@ -315,7 +315,7 @@ class Graded:
     lapsed: tuple[GivenMark, ...] = ()
 
     def without_answers(self) -> Graded:
-        """Return it without the answers: those of a whole class are not to be in memory at once."""
+        """Return a copy without answers and words: those of a whole class are not to be in memory at once."""
         return replace(self, run=replace(self.run, answers=None, words={}))
 
 
@@ -325,7 +325,7 @@ class CommentRecord(Base):
     Attributes
     ----------
     student : ID
-    question, part : what it is about; None if it is about all parts, or about all questions
+    question, part : what it is about; ``part`` is None if it is about the whole question, both if about everything
     text : for the student; of a request, what the student asks
     actor, when : who wrote it down, and when (UTC)
     asks : whether it is a request
@@ -348,7 +348,7 @@ class CommentRecord(Base):
 
     @property
     def where(self) -> Where:
-        """Question and part; "" where there is none."""
+        """Question and part; "" in place of None."""
         return self.question or "", self.part or ""
 
 
@@ -357,7 +357,7 @@ class AuditRecord(OfAnswer, Base):
 
     Attributes
     ----------
-    before, after : the mark; None if there was, or is, none
+    before, after : the mark before and after the change; None if there was, or is, none
     run : key of the run that counts after the change
     actor, reason, when : who changed it, why, and when (UTC)
     """
@@ -380,13 +380,13 @@ class Act(OfAnswer, Base):
     Attributes
     ----------
     actor : the scorer
-    level : that was given; None if points were given without a level, or none were given
-    points, out_of : given, and possible; points are None if none were given
+    level : level that was given; None if points were given without a level, or no points were given
+    points, out_of : points given, and possible; ``points`` is None if no points were given
     remark : for the student; if the instructor is asked, for the instructor
     given : the student's answer as the scorer read it
     referred : whether the instructor is asked; then the answer waits
     undoes : number of the act that this act takes back
-    when : UTC
+    when : time of the act, UTC
     """
 
     __tablename__ = "scores"
@@ -405,7 +405,7 @@ class Act(OfAnswer, Base):
     when: Mapped[datetime] = mapped_column("acted")
 
     def still_stands(self, given: GivenMark | None) -> bool:
-        """Return whether the decision on the answer (None without one) is still that which this act left."""
+        """Return whether a person's mark on the answer (None if there is none) is the one that this act left."""
         if given is None or self.points is None:
             return given is None and self.points is None
         mark, own = given.mark, (self.actor, self.out_of, self.remark, self.given)
@@ -413,7 +413,7 @@ class Act(OfAnswer, Base):
 
 
 class Claim(Base):
-    """Who is reading an answer, and until when no other scorer is given it."""
+    """Which scorer is reading an answer, and until when (UTC) no other scorer gets it."""
 
     __tablename__ = "claims"
 
@@ -431,8 +431,8 @@ class Answer:
     Attributes
     ----------
     student, question, part : the student, and the answer
-    mark : that counts
-    acts : on the present answer, in order; without those that were taken back
+    mark : the mark that counts
+    acts : acts of scorers on the present answer, in order; without those that were taken back
     given : the mark that a person gave, by an act or by ``labcourse mark``; None if nobody gave one
     made : the mark that the software made; None if it is not known
     """
@@ -456,7 +456,7 @@ class Answer:
 
     @property
     def decision(self) -> Act | None:
-        """The act that gave the mark; None if the answer waits, or ``labcourse mark`` gave the mark."""
+        """The act that gave the mark that counts; None if the answer waits, or the mark was given otherwise."""
         last = self.last()
         return last if last is not None and last.points is not None and last.still_stands(self.given) else None
 
@@ -478,7 +478,7 @@ class Publication(Base):
     Attributes
     ----------
     actor, note, when : who gave feedback back, a note, and when (UTC)
-    notebooks : of which it was given back, without ending; of all where there are none
+    notebooks : names, without ending, of the notebooks of which feedback was given back; empty for all
     """
 
     __tablename__ = "publications"
@@ -537,7 +537,7 @@ class Token(Base):
     ----------
     actor : the scorer
     digest : SHA-256 of the token, in hexadecimal digits
-    made, revoked : when (UTC); None if it was not revoked
+    made, revoked : when it was made, and when revoked (UTC); ``revoked`` is None if it was not
     """
 
     __tablename__ = "tokens"
@@ -550,7 +550,7 @@ class Token(Base):
 
     @property
     def is_valid(self) -> bool:
-        """Whether it opens the page now."""
+        """Whether the token opens the page now: it is neither revoked nor too old."""
         return self.revoked is None and clock.now() < self.made + TOKEN_LASTS
 
 

@@ -71,11 +71,11 @@ class RosterEntry:
     details: dict[str, Any]
 
     def update(self, record: StudentRecord) -> list[str]:
-        """Update a student's record; return a note on each value that is replaced or removed, or has an empty cell.
+        """Update a student's record, and enrol them; return notes on values replaced, removed, or with an empty cell.
 
         Parameters
         ----------
-        record : as stored; that of a new student is empty
+        record : as stored; that of a new student has only the ID
         """
         notes = []
         for field, cell in self.details.items():
@@ -93,7 +93,7 @@ class RosterEntry:
 
 
 def _shown(value: str | Sequence[str]) -> str:
-    """Return the value of a field as text, for messages."""
+    """Return the value of a field (a text, or several) as text, for messages."""
     return repr(value if isinstance(value, str) else "; ".join(value))
 
 
@@ -103,11 +103,11 @@ def read(path: Path) -> tuple[list[RosterEntry], list[str], list[str]]:
     Returns
     -------
     list
-        The students.
+        The students, in order.
     list
-        A message on each line that is not taken.
+        A message on each line that is not taken: it has no valid ID, or a student of an earlier line, with other data.
     list
-        A message on the columns that are not read, if there are any.
+        A message that names the columns that are not read, if there are any.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def read(path: Path) -> tuple[list[RosterEntry], list[str], list[str]]:
 
 
 def _text(path: Path) -> str:
-    """Return the text of a file. Raises GradebookError if it cannot be read."""
+    """Return the text of a file in UTF-8 or UTF-16. Raises GradebookError if it cannot be read."""
     try:
         data = path.read_bytes()
         coding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
@@ -157,7 +157,7 @@ def _text(path: Path) -> str:
 
 
 def _headings(lines: Sequence[str], separator: str) -> dict[str, str]:
-    """Return letters and digits of each heading → the heading. A number is added where two have the same."""
+    """Return letters and digits of each heading → the heading; to repeated ones, the column's number is added."""
     headings: dict[str, str] = {}
     for place, name in enumerate(next(filter(None, csv.reader(lines, delimiter=separator)), [])):
         heading = "".join(filter(str.isalnum, name.casefold()))
@@ -177,7 +177,7 @@ def _on_one_line(cell: str) -> str:
 
 
 def _columns(path: Path, headings: Collection[str]) -> dict[str, list[str]]:
-    """Return field of a student → headings of the columns that it is read from. The ID has one column."""
+    """Return field of a student → headings of its columns. Raises GradebookError without a column of IDs."""
     student = [heading for heading in _HEADINGS["ID"] if heading in headings][:1]
     if not student:
         raise GradebookError(
@@ -193,7 +193,13 @@ def _columns(path: Path, headings: Collection[str]) -> dict[str, list[str]]:
 
 
 def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]]) -> RosterEntry:
-    """Return the student of a row. Raises StudentIDError if their ID cannot be one."""
+    """Return the student of a row. Raises StudentIDError if the ID is not valid.
+
+    Parameters
+    ----------
+    cells : heading → text of the cell
+    columns : from :func:`_columns`
+    """
     if _BRIGHTSPACES in cells:
         cells = {heading: cell.removeprefix("#") if heading in _MARKED else cell for heading, cell in cells.items()}
     texts = {field: [cells[heading] for heading in headings] for field, headings in columns.items() if headings}

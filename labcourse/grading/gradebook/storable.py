@@ -34,12 +34,12 @@ _Record = TypeVar("_Record", bound="DataclassInstance")
 
 
 def text(given: str) -> str:
-    """Return a clean text; of a member of a StrEnum, its value."""
+    """Return a text cleaned, as this module describes it; of a member of a StrEnum, its value."""
     return _UNFIT.sub(_code_of, _LINE_END.sub("\n", str.__str__(given)))
 
 
 def _code_of(match: re.Match[str]) -> str:
-    """Return the code of a character, as text."""
+    """Return the code of the matched character, as text."""
     code = ord(match[0])
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
 
@@ -50,7 +50,7 @@ def student(given: str) -> str:
     Raises
     ------
     GradebookError
-        If it cannot be an ID.
+        If it is not a valid ID.
     """
     try:
         return student_id.normalised(given)
@@ -64,7 +64,7 @@ def cleaned(record: _Record, name: str) -> _Record:
     Parameters
     ----------
     record : a dataclass
-    name : of the record, for messages
+    name : what the record is called in messages
 
     Raises
     ------
@@ -82,7 +82,7 @@ def cleaned(record: _Record, name: str) -> _Record:
 
 
 def _cleaned_value(value: Any) -> Any:
-    """Return the clean value of a field. Raises ValueError if it cannot be stored."""
+    """Return the clean value of a field. Raises ValueError, with what is wrong, if it cannot be stored."""
     if isinstance(value, datetime):
         return value.astimezone(UTC)
     if isinstance(value, StrEnum):
@@ -96,14 +96,14 @@ def _cleaned_value(value: Any) -> Any:
 
 
 def _bounded(value: Any, size: int, most: int, unit: str) -> Any:
-    """Return a value. Raises ValueError if its size (in ``unit``) is larger than allowed."""
+    """Return a value as it is. Raises ValueError if its size (in ``unit``) is larger than ``most``."""
     if size > most:
         raise ValueError(f"{size} {unit}; at most {most} are allowed")
     return value
 
 
 def _plain(given: Any, levels: int) -> Any:
-    """Return data as JSON has it, with clean text, in at most so many levels. Raises ValueError if it is other data."""
+    """Return data as JSON has them, with clean text. Raises ValueError for other data and for too many levels."""
     if isinstance(given, str):
         return text(given)
     if isinstance(given, Problem):

@@ -213,7 +213,18 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             return _put_deliveries(session, about.id, [storable.cleaned(file, file.name) for file in files])
 
     def delete_of_others(self, source: str, received: datetime, student: str) -> list[str]:
-        """Delete a submission's files from all students but its owner; return the IDs of students who had some."""
+        """Delete the files of a submission from all students but its owner.
+
+        Parameters
+        ----------
+        source, received : path of the submission in the class's folder, and time of receipt
+        student : ID of the owner
+
+        Returns
+        -------
+        list
+            IDs of the students who had some of these files.
+        """
         same = (Delivery.source == source) & (Delivery.received == received)  # the next week's may have this name, too
         with self._database.writing() as session:
             others = same & (Delivery.student_id != student_for(session, student).id)
@@ -222,7 +233,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             return list(students)
 
     def delivered(self, student: str, notebooks: bool = True) -> list[Delivery]:
-        """Return the newest version of each file that a student handed in, by name; without notebooks if so asked.
+        """Return the newest version of each file that a student handed in, by name; with notebooks, or without.
 
         It is the version that was received last; of equal times, the one that was stored last.
         """
@@ -249,10 +260,10 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             return session.scalar(wanted.where(is_student(student)).limit(1))
 
     def received(self, student: str) -> dict[str, Arrival]:
-        """Return when the notebooks of a student that count were received, by file name.
+        """Return file name → when the newest version of each notebook of a student was received.
 
-        It is the time at which the present content was received first, so that a notebook is not late for being handed
-        in again. A time that only the student's computer wrote counts if there is no other.
+        It is the time at which this content was received first, so that a notebook is not late for being handed in
+        again. A time that only the student's computer wrote counts if the content has no other.
         """
         columns = select(Delivery.name, Delivery.digest, Delivery.received, Delivery.clock)
         files = columns.join(StudentRecord).where(is_student(student), _IS_NOTEBOOK)
@@ -266,7 +277,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         return {name: first[name, digest] for name, digest in sorted(last.items())}
 
     def handed_in(self) -> list[str]:
-        """Return the students who handed in files, graded or not."""
+        """Return the IDs of the students who handed in files, graded or not, in order."""
         with_files = StudentRecord.id.in_(select(Delivery.student_id))
         with self._database.reading() as session:
             return list(session.scalars(select(StudentRecord.student).where(with_files).order_by(StudentRecord.folded)))
@@ -306,7 +317,10 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             return put_audit(session, Current(student, run, before), actor, reason)
 
     def remark(self, student: str, new: Sequence[Mark], key_digest: str, actor: str, reason: str) -> int:
-        """Replace all marks of the student's run that counts. For the rest see :meth:`record`."""
+        """Replace the software's marks of a student's run that counts, and the digest of the key that they are by.
+
+        Parameters, returned number and errors as for :meth:`record`; a student without a run is an error, too.
+        """
         with self._database.writing() as session:
             before = current(session, student)
             before.run.key_digest = key_digest
@@ -332,11 +346,16 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         reason, actor : for the student, and for the audit trail
         expected : the mark to be replaced, as the person saw it; None for any mark
 
+        Returns
+        -------
+        int
+            How many marks changed.
+
         Raises
         ------
         GradebookError
-            If there is no such mark, or the points are more than possible; or if status, points or answer are not the
-            expected ones: then the message says who gave the present mark, when and why.
+            If there is no such mark, or the points are below 0 or more than possible; or if status, points or answer
+            are not the expected ones: then the message says who gave the present mark, when and why.
         """
         with self._database.writing() as session:
             before = current(session, student)
@@ -348,7 +367,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             return decide(session, before, new.where, GivenMark(new, actor, clock.now()), actor, reason)
 
     def note_prepared(self, key: str, prepared_from: str) -> None:
-        """Store by which :attr:`RunRecord.prepared_from` the run with a key was prepared last."""
+        """Store from what the run with a key was prepared last: its :attr:`RunRecord.prepared_from`."""
         with self._database.writing() as session:
             session.execute(update(RunRecord).where(RunRecord.key == key).values(prepared_from=prepared_from))
 
@@ -422,7 +441,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         Raises
         ------
         GradebookError
-            If the text is empty, or there is no such student, or no mark for that part.
+            If the text is empty, or there is no such student; or no mark for the part, if it is a request or names one.
         """
         text = _not_empty(text, "The text is empty: say what it is about.")
         with self._database.writing() as session:
@@ -449,7 +468,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         ----------
         actor, note : who does it, and a note for the record
         when : UTC; changes after it are not in what was given back. None for now
-        notebooks : of which it was given back, without ending; of all where there are none
+        notebooks : names, without ending, of the notebooks of which feedback is given back; none for all
         """
         publication = Publication(NEW, actor, note, when or clock.now(), tuple(notebooks))
         publication = storable.cleaned(publication, "The note")
@@ -458,7 +477,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         return publication
 
     def publications(self) -> list[Publication]:
-        """Return when feedback was given back, in order."""
+        """Return the publications of feedback, in order."""
         with self._database.reading() as session:
             return list(session.scalars(select(Publication).order_by(Publication.number)))
 
@@ -494,7 +513,7 @@ def _open_requests() -> Select[int]:
 
 
 def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) -> int:
-    """Store the files that are not stored yet; return how many they are.
+    """Store the files of a student that are not stored yet, in place of those that they replace; return how many.
 
     A stored file is deleted if the new one has another content but the same name, time and source: an instructor
     decided that another file counts. It is also deleted if the new one has another time but the same content and
@@ -525,7 +544,7 @@ def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) 
 
 
 def _put_run(session: Session, student: StudentRecord, graded: Graded) -> RunRecord:
-    """Store a run, or update the stored run with its key; return the stored run."""
+    """Store a run, or update the stored run with its key; return the stored run. Raises GradebookError."""
     run = storable.cleaned(graded.run, f"The run of {student.student}")
     run.student = storable.student(graded.run.student)
     run.key_digest = graded.key_digest
@@ -547,7 +566,7 @@ def _put_run(session: Session, student: StudentRecord, graded: Graded) -> RunRec
 
 
 def _put_marks(session: Session, run_id: int, new: Iterable[Mark]) -> None:
-    """Replace the software's marks of a run. Where the new mark is a person's, the software's stays."""
+    """Replace the software's marks of a run. If a new one is a person's, the old one stays. Raises GradebookError."""
     stored = [mark for _student, mark, _given in read_marks(session, RunRecord.id == run_id)]
     beneath = {mark.where: mark for mark in stored}
     wanted: dict[Where, Mark] = {}
@@ -592,7 +611,7 @@ def current(session: Session, student: str) -> Current:
 
 
 def current_marks(session: Session, student_id: int) -> dict[Where, Mark]:
-    """Return the marks that count for a student."""
+    """Return (question, part) → mark that counts for a student; nothing without a run."""
     made = read_marks(session, RunRecord.student_id == student_id, RunRecord.current)
     return {mark.where: with_decision(mark, given) for _student, mark, given in made}
 
@@ -614,12 +633,12 @@ def with_decision(mark: Mark, decision: GivenMark | None) -> Mark:
 
 
 def holds(decision: Mark | Act, mark: Mark) -> bool:
-    """Return whether a decision is on this answer, apart from white space, and out of as many points."""
+    """Return whether a decision holds for a mark: it is on the same answer, out of the same possible points."""
     return decision.out_of == mark.out_of and same_answer(decision.given, mark.given)
 
 
 def same_answer(first: str, second: str) -> bool:
-    """Return whether two answers differ only in white space, or in how accents are composed."""
+    """Return whether two answers are equal but for white space and the composition of accents."""
     if first == second:  # as nearly all are
         return True
     left, right = (" ".join(unicodedata.normalize("NFC", text).split()) for text in (first, second))
@@ -654,7 +673,7 @@ def put_audit(session: Session, before: Current, actor: str, reason: str, *, is_
 
 
 def _states(marks: Mapping[Where, Mark]) -> dict[Where, MarkState]:
-    """Return what the audit trail stores of marks."""
+    """Return (question, part) → what the audit trail stores of the mark."""
     return {where: MarkState(mark.status, mark.points, mark.out_of, mark.reason) for where, mark in marks.items()}
 
 
@@ -677,7 +696,7 @@ def _is_manual(state: MarkState | None) -> bool:
 
 
 def decided(mark: Mark, points: float, reason: str) -> Mark:
-    """Return a mark with a person's points. Raises GradebookError if they are less than 0 or more than possible."""
+    """Return a mark with a person's points. Raises GradebookError if they are below 0 or more than possible."""
     if not 0 <= points <= mark.out_of:  # not a number is refused, too
         raise GradebookError(
             f"Question {mark.question}, {mark.part}: give 0 to {mark.out_of:g} points, not {points:g}."
@@ -703,7 +722,7 @@ def decide(session: Session, before: Current, where: Where, given: GivenMark | N
 
 
 def check_expected(session: Session, before: Current, mark: Mark, expected: Mark | None) -> None:
-    """Refuse to replace a mark that is not the expected one. Raises GradebookError."""
+    """Raise GradebookError if a mark has not the status, points and answer of the expected one (None: any)."""
     if expected is None:
         return
     same = (mark.status, mark.points) == (expected.status, expected.points)
@@ -740,15 +759,15 @@ class Scores:
     # --- reading ------------------------------------------------------------------------------------------------------
 
     def answers(self, parts: Collection[Where] | None = None) -> list[Answer]:
-        """Return all students' answers that a person reads or has marked, by student; of these parts, or of all.
+        """Return all students' answers that a person reads or has marked, by student; of ``parts``, or of all parts.
 
-        Blank answers are left out: there is nothing to read.
+        Answers that are missing or marked by the software alone are left out.
         """
         with self._database.reading() as session:
             return _answers(session, parts)
 
     def any_answers(self, where: Where) -> list[Answer]:
-        """Return all students' answers to a part, by student, whoever marks them; blank ones, too."""
+        """Return all students' answers to a part, by student, whoever marks them; missing ones, too."""
         with self._database.reading() as session:
             return _answers(session, [where], any_state=True)
 
@@ -782,7 +801,7 @@ class Scores:
         Parameters
         ----------
         student, where : the student, and the answer
-        points, level : given; the level is stored beside the points
+        points, level : what is given; the level, if any, is stored beside the points
         actor : the scorer
         remark : for the student
         expected : the mark as the scorer saw it; None for any mark
@@ -802,14 +821,17 @@ class Scores:
             return _act(session, before, given, reason, where, actor, remark=remark, level=level, points=new.points)
 
     def ask(self, student: str, where: Where, actor: str, *, remark: str = "", expected: Mark | None = None) -> Act:
-        """Ask the instructor: the answer waits until somebody decides, even if it was decided before."""
+        """Ask the instructor about an answer: it waits until somebody decides, even if it was decided before.
+
+        Parameters and errors as for :meth:`give`; the remark is for the instructor.
+        """
         with self._database.writing() as session:
             before = current(session, student)
             check_expected(session, before, before.mark(where), expected)
             return _act(session, before, None, "the instructor is asked", where, actor, remark=remark, referred=True)
 
     def undo(self, number: int, actor: str) -> Act:
-        """Take an act back: the mark that was there before counts again.
+        """Take an act of a scorer (``actor``) back, by its number: the mark that counted before counts again.
 
         Raises
         ------
@@ -827,7 +849,7 @@ class Scores:
     # --- who reads what -----------------------------------------------------------------------------------------------
 
     def claim(self, order: Sequence[str], where: Where, actor: str, seconds: float) -> str | None:
-        """Claim for a scorer the first answer, in an order of students, that waits for a mark and that nobody reads.
+        """Claim for a scorer the first answer, in an order of students, that waits for a scorer and that nobody reads.
 
         Nobody else is given it until the claim runs out. What the scorer had claimed before is released.
 
@@ -835,12 +857,12 @@ class Scores:
         ----------
         order : IDs of students
         where : the question and the part
-        actor, seconds : the scorer, and how long the claim lasts
+        actor, seconds : the scorer, and how long the claim lasts, s
 
         Returns
         -------
         str or None
-            The student; None if no answer is left.
+            ID of the student; None if no answer is left.
         """
         with self._database.writing() as session:
             _let_go(session, actor)
@@ -856,7 +878,7 @@ class Scores:
             return student
 
     def hold(self, student: str, where: Where, actor: str, seconds: float) -> str | None:
-        """Claim an answer that a scorer has opened, in any state; what they had claimed is released.
+        """Claim an answer that a scorer has opened, in any state, for some seconds; what they had claimed is released.
 
         Returns
         -------
@@ -868,7 +890,7 @@ class Scores:
             return _claim(session, student, where, actor, seconds)
 
     def claimed(self, where: Where) -> dict[str, tuple[str, datetime]]:
-        """Return student → who is reading their answer, and until when."""
+        """Return student → who is reading their answer to a part, and until when (UTC)."""
         with self._database.reading() as session:
             return _claimed(session, where)
 
@@ -879,7 +901,7 @@ class Scores:
 
 
 def standing(acts: Sequence[Act]) -> list[Act]:
-    """Return acts without those that were taken back, and those that took them back."""
+    """Return the acts that were not taken back and that do not take back others."""
     undone = {act.undoes for act in acts if act.undoes is not None}
     return [act for act in acts if act.undoes is None and act.number not in undone]
 
@@ -887,7 +909,7 @@ def standing(acts: Sequence[Act]) -> list[Act]:
 def _act(
     session: Session, before: Current, given: GivenMark | None, reason: str, where: Where, actor: str, **more: Any
 ) -> Act:
-    """Store what a scorer did, the decision that follows from it, and the audit trail.
+    """Store what a scorer did, the decision that follows from it, and the audit trail; return the act.
 
     Parameters
     ----------
@@ -933,7 +955,7 @@ def _answers(session: Session, parts: Collection[Where] | None, any_state: bool 
 
 
 def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
-    """Return the conditions that a row is of one of these parts; none if ``parts`` is None."""
+    """Return the conditions that a row is on one of ``parts``; no conditions if it is None."""
     return [] if parts is None else [tuple_(table.question, table.part).in_([tuple(where) for where in parts])]
 
 
@@ -941,14 +963,14 @@ def _among(table: Any, parts: Collection[Where] | None) -> list[Any]:
 
 
 def _claimed(session: Session, where: Where) -> dict[str, tuple[str, datetime]]:
-    """Return student → who is reading their answer, and until when."""
+    """Return student → who is reading their answer to a part, and until when (UTC)."""
     claims = select(StudentRecord.student, Claim.actor, Claim.until).join(Claim)
     rows = session.execute(claims.where(*_among(Claim, [where]), Claim.until > clock.now()))
     return {student: (actor, until) for student, actor, until in rows}
 
 
 def _claim(session: Session, student: str, where: Where, actor: str, seconds: float) -> str | None:
-    """Store a claim and return None; if the answer is claimed already, return by whom."""
+    """Store a claim that lasts some seconds, and return None; if the answer is claimed already, return the scorer."""
     about = known_student(session, student)
     claimed = session.get(Claim, (about.id, *where))
     if claimed is not None:
@@ -1005,6 +1027,7 @@ class Tokens:
 
 
 def _valid_tokens(session: Session) -> list[Token]:
+    """Return the valid tokens, in the order in which they were made."""
     return [token for token in session.scalars(select(Token).order_by(Token.number)) if token.is_valid]
 
 
@@ -1017,7 +1040,7 @@ def _revoke(session: Session, actor: str) -> bool:
 
 
 def _not_empty(given: str, otherwise: str) -> str:
-    """Return a clean text. Raises GradebookError with the other message if it is empty."""
+    """Return a text cleaned, without white space around it. Raises GradebookError(``otherwise``) if it is empty."""
     text = storable.text(given).strip()
     if not text:
         raise GradebookError(otherwise)

@@ -100,15 +100,15 @@ class Listing:
 
     Attributes
     ----------
-    files : path within it, with "/" → file
-    refused : path of what is not read → reason
+    files : path in it, with "/" → file
+    refused : path in it of what is not read → reason
     """
 
     files: dict[str, StoredFile] = field(default_factory=dict)
     refused: dict[str, Problem] = field(default_factory=dict)
 
     def add(self, path: str, content: StoredFile | Problem) -> None:
-        """Add a file, or the reason why it is refused."""
+        """Add a file, or the reason why it is refused; refuse a file that is there twice, or too deep in folders."""
         if isinstance(content, Problem):
             self.refused[path] = content
         elif path in self.files:
@@ -120,12 +120,12 @@ class Listing:
 
 
 def is_archive(name: str) -> bool:
-    """Tell whether a file is an archive that can be read, by its name."""
+    """Return whether a file is an archive of a kind that can be read, by its name."""
     return name.casefold().endswith(ARCHIVES)
 
 
 def is_other_archive(name: str) -> bool:
-    """Tell whether a file is an archive that cannot be read, by its name."""
+    """Return whether a file is an archive of a kind that cannot be read, by its name."""
     return name.casefold().endswith(OTHER_ARCHIVES) and not is_archive(name)
 
 
@@ -136,22 +136,22 @@ def without_ending(name: str) -> str:
 
 
 def is_notebook(path: str) -> bool:
-    """Tell whether a file is a notebook, by its name."""
+    """Return whether a file is a notebook, by its name."""
     return path.casefold().endswith(NOTEBOOK_ENDINGS)
 
 
 def is_work(path: str) -> bool:
-    """Tell whether a file is a notebook, or a file that belongs to the course's notebooks."""
+    """Return whether a file is a notebook, ``course.json`` or ``answers.json``, by its name."""
     return is_notebook(path) or path.rpartition("/")[2] in (COURSE_FILE, ANSWERS_FILE)
 
 
 def _is_skipped(path: str) -> bool:
-    """Tell whether a file is passed over without a message: a system, a program or a platform wrote it for itself."""
+    """Return whether a file is passed over without a message: a system, a program or a platform wrote it for itself."""
     return any(is_leftover(part) or part.endswith(RECEIPTS) for part in path.split("/"))
 
 
 def named(paths: Sequence[str]) -> dict[str, Any]:
-    """Return the parameters of a problem of some files: the names of the first, and how many more there are."""
+    """Return the parameters of a problem about files: the paths of the first ones, and how many more there are."""
     more = len(paths[_MOST_NAMED:])
     return {"files": paths[:_MOST_NAMED]} | ({"more": more} if more else {})
 
@@ -171,11 +171,11 @@ class Shelf(ExitStack):
         self.begin_student()
 
     def begin_student(self) -> None:
-        """Read another student's files: of each, only so many bytes are read, and so many files looked at."""
+        """Begin to read another student's files: count bytes and files, which are limited for each student, from 0."""
         self._left, self._listed, self._looked_through = MAX_SUBMISSION, 0, 0
 
     def read(self, entry: StoredFile, most: int) -> bytes:
-        """Read a file of at most so many bytes; raise Unreadable if that cannot be done."""
+        """Read a file of at most ``most`` bytes; raise Unreadable if it is larger or cannot be read."""
         return self.bounded(partial(self.open(entry.store).read, entry.key), most, entry.size)
 
     def listing(self, store: Path | StoredFile, most: int = MAX_ENTRIES) -> Listing:
@@ -184,7 +184,7 @@ class Shelf(ExitStack):
         Raises
         ------
         Unreadable
-            If it cannot be read or has too many entries; for a student, with those that were listed before.
+            If it cannot be read, or has more than ``most`` entries; for a student, those that were listed before count.
         """
         listing, before = Listing(), self._listed
         for number, (path, content) in enumerate(self.open(store).entries(), before + 1):
@@ -197,7 +197,7 @@ class Shelf(ExitStack):
         return listing
 
     def look_through(self, number: int) -> None:
-        """Count entries of an archive within a submission; raise Unreadable if they are too many with others."""
+        """Count entries of an archive within a submission; raise Unreadable if its archives have too many together."""
         self._looked_through += number
         if self._looked_through > MAX_LOOKED_THROUGH:
             raise Unreadable(Code.TOO_MANY_FILES, most=MAX_LOOKED_THROUGH, with_others=True)
@@ -222,13 +222,13 @@ class Shelf(ExitStack):
         return opened
 
     def bounded(self, read: Callable[[int], bytes], most: int, size: int, times: int = 1) -> bytes:
-        """Read at most so many bytes, and count them; raise Unreadable if there are more, or too many with others.
+        """Read a file, and count its bytes; raise Unreadable if it has too many, alone or with the student's others.
 
         Parameters
         ----------
-        read : function that reads at most so many bytes
-        most : bytes
-        size : bytes, as stated; what turns out to be damaged counts as so many
+        read : function of a number of bytes, which reads at most so many
+        most : bytes that the file may have
+        size : bytes that it has, as its folder or archive says; if reading fails, so many are counted
         times : how many times each byte counts
         """
         left = self._left // times
@@ -244,7 +244,7 @@ class Shelf(ExitStack):
 
 
 def _open_file(path: Path) -> IO[bytes]:
-    """Open an ordinary file: a link is not followed, and a pipe not waited for."""
+    """Open an ordinary file; raise Unreadable for anything else. A link is not followed, and a pipe not waited for."""
     flags = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
     try:
         descriptor = os.open(path, sum(flags, os.O_RDONLY))
@@ -267,7 +267,7 @@ class _Folder:
         self._root = root
 
     def entries(self, within: str = "") -> _Entries:
-        """Find what lies in it and in the folders below."""
+        """Yield what lies in a folder in it (``within``, with "/" at its end), and in the folders below."""
         for item in scan(self._root / within):
             key = f"{within}{item.name}"
             if item.is_file(follow_symlinks=False):
@@ -281,13 +281,16 @@ class _Folder:
                 yield from self.entries(f"{key}/")
 
     def read(self, key: str, size: int) -> bytes:
-        """Read the first bytes of a file."""
+        """Read the first ``size`` bytes of a file."""
         with _open_file(self._root / key) as file:
             return file.read(size)
 
 
 def scan(folder: Path) -> list[os.DirEntry[str]]:
-    """Return what lies in a folder on disk, sorted by name; at most one more than a class may have."""
+    """Return what lies in a folder on disk, by name, without leftovers: at most one more entry than a class may have.
+
+    Raise Unreadable if it cannot be read.
+    """
     try:
         with os.scandir(folder) as items:
             submitted = (item for item in items if not _is_skipped(item.name))
@@ -297,13 +300,13 @@ def scan(folder: Path) -> list[os.DirEntry[str]]:
 
 
 def on_disk(folder: Path, item: os.DirEntry[str] | Path, key: str) -> StoredFile:
-    """Return a file on disk, with its size and its time."""
+    """Return the record of a file on disk, with its size and time; ``key`` is its path in ``folder``."""
     about = item.stat(follow_symlinks=False)
     return StoredFile(folder, key, about.st_size, datetime.fromtimestamp(about.st_mtime, UTC))
 
 
 class _Bounded:
-    """A file that refuses to read a large piece: zipfile reads a zip's table of contents in one piece."""
+    """A file that refuses to read a large piece at once: zipfile reads a zip's table of contents in one piece."""
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
@@ -339,7 +342,7 @@ class _Zip:
         self._entries = {entry.filename: entry for entry in reversed(self._zip.infolist()) if entry.filename}
 
     def entries(self) -> _Entries:
-        """Find what lies in it and in the folders below."""
+        """Yield what lies in it and in the folders below."""
         for entry in self._zip.infolist():
             if not entry.filename or entry.is_dir():  # is_dir() fails without a name
                 yield entry.filename, None
@@ -361,7 +364,7 @@ class _Zip:
                 yield path, StoredFile(self._archive, entry.filename, entry.file_size, _modified(entry, self._zone))
 
     def read(self, key: str, size: int) -> bytes:
-        """Read the first bytes of a file."""
+        """Read the first ``size`` bytes of a file; raise Unreadable if that cannot be done."""
         entry = self._entries.get(key)
         if entry is None:
             raise Unreadable(Code.GONE)
@@ -379,7 +382,7 @@ class _Zip:
 
 
 def _first(size: int, file: IO[bytes]) -> bytes:
-    """Read the first bytes of a file, a piece at a time."""
+    """Read the first ``size`` bytes of a file, a piece at a time."""
     data = bytearray()
     while piece := file.read(min(_PIECE, size - len(data))):
         data += piece
@@ -387,7 +390,14 @@ def _first(size: int, file: IO[bytes]) -> bytes:
 
 
 def _unpacked(size: int, file: IO[bytes], unpack: Callable[[], Any] | None) -> bytes:
-    """Read the first bytes of a tar that may be compressed, in one piece: a million empty pieces would take long."""
+    """Read the first ``size`` bytes of a tar, which is decompressed at once: a million empty pieces would take long.
+
+    Parameters
+    ----------
+    size : bytes, decompressed
+    file : the tar
+    unpack : returns what decompresses it; None for a tar that is not compressed
+    """
     if unpack is None:
         return _first(size, file)
     stream = unpack()
@@ -433,7 +443,7 @@ def _tar_as_zip(data: bytes, shelf: Shelf) -> IO[bytes]:
 
 
 def _open_zip(file: Any) -> zipfile.ZipFile:
-    """Open a zip. Names in it are UTF-8 also where it does not say so, unless they cannot be."""
+    """Open a zip. Names in it are taken as UTF-8 where it does not say how they are encoded, unless one cannot be."""
     try:
         return zipfile.ZipFile(file, metadata_encoding="utf-8")
     except UnicodeDecodeError:

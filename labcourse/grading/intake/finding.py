@@ -99,12 +99,13 @@ class Place:
         return archives.is_archive(self.name) if self.file else not isinstance(self.content, Problem)
 
     def look(self, shelf: Shelf, whole_class: bool = False) -> Listing:
-        """Look into a folder or an archive.
+        """List a folder or an archive, with all that lies below.
 
         Raises
         ------
         Unreadable
-            If it cannot be read, or is too large for one student (or for a class).
+            If it is neither a folder nor an archive, cannot be read, or is too large for one student (for a class, if
+            ``whole_class``).
         """
         most = archives.MAX_CLASS_ENTRIES if whole_class else archives.MAX_ENTRIES
         largest = archives.MAX_CLASS_ARCHIVE if whole_class else archives.MAX_ARCHIVE
@@ -143,7 +144,7 @@ class Place:
 
 
 def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
-    """Find what lies in a folder on disk, by name."""
+    """Yield what lies in a folder on disk, by name; ``prefix`` begins the paths. Raises Unreadable."""
     for item in archives.scan(folder):
         source = f"{prefix}{readable(item.name)}"
         if item.is_dir(follow_symlinks=False):
@@ -155,7 +156,7 @@ def on_disk_in(folder: Path, prefix: str = "") -> Iterator[Place]:
 
 
 def _together(places: Mapping[str, Place]) -> Place:
-    """Make one place of files that lie side by side; the keys are their names in it."""
+    """Make one place of files that lie side by side; ``places`` are the files, by their names in it."""
     source = messages.listed(sorted({place.source for place in places.values()}), 1)
     return Place(source, Listing({name: place.file for name, place in places.items() if place.file}))
 
@@ -176,17 +177,18 @@ def find(
     ----------
     folder : holds a folder, a zip or loose files for each student
     roster : the students; names that platforms give are compared with theirs
-    times : name of what lies there, or a student's ID or name → time of receipt, from :func:`.platforms.read_times`
+    times : name of what lies there, or a student's ID or other name → time of receipt, from
+        :func:`.platforms.read_times`
     zone : of times in names and in zips, which have none
-    earlier : function that returns the students whom a student named when they handed in before; None for a student
-        who did not
+    earlier : function of a student's ID: returns the students whom their last course.json named; None if they handed in
+        nothing before
     decisions : owners, times, partners and platforms, by the instructor
-    platform : that named the submissions, where their names leave it open; "" if that is not known
+    platform : name of the platform that named the submissions, used where their names fit several; "" if not known
 
     Raises
     ------
     GradingError
-        If there is no such folder, or neither a submission in it nor anything to decide.
+        If there is no such folder, if it cannot be read, or if it has neither a submission nor anything to decide.
     """
     if not (folder.is_dir() or folder.is_file()):
         raise GradingError(f"There is no folder {folder}.")
@@ -231,7 +233,7 @@ class _Finder:
     # --- where submissions are ----------------------------------------------------------------------------------------
 
     def start(self, folder: Path) -> None:
-        """Go through a class's folder or zip, or a student's own folder."""
+        """Collect the pieces in a class's folder or zip, or in a student's own folder."""
         name = readable(folder.name)
         if folder.is_file():
             self._is_given_zip = True
@@ -245,10 +247,13 @@ class _Finder:
             self._explore(name, inside, 0)
 
     def _owner_of_folder(self, place: Place) -> Owner:
-        """Return the owner of a student's own folder: by its name, or by its course.json where there is no roster."""
+        """Return the owner of a student's own folder: by its name if that is on the roster.
+
+        Without a roster, it is the student in its course.json. Otherwise it is nobody.
+        """
         by_name = self._roster.by_name(place.name)
         student = self._roster.spelled(student_in(self._course(place.look(self._shelf).files)))
-        if by_name.is_certain or self._roster or not student:
+        if by_name.is_certain or self._roster.is_given or not student:
             return by_name if by_name.is_certain else owners.nobody(Problem.of(Code.NAMES_NOBODY))
         return Owner((student,), bench_of=student)
 
@@ -261,7 +266,8 @@ class _Finder:
         Returns
         -------
         str | None
-            "" if no name is a platform's; None if the instructor has to decide
+            Name of the platform; "" if no name is a platform's, or if the instructor decided so; None if the instructor
+            has to decide
         """
         fits = {place.name: platforms_of(place.name) for place in places if not isinstance(place.content, Problem)}
         strangers = {place.name for place in places if _may_be_submission(place) and not self._is_on_roster(place)}
@@ -283,11 +289,18 @@ class _Finder:
         return "" if chosen == NO_PLATFORM else chosen or None
 
     def _is_on_roster(self, place: Place) -> bool:
-        """Check whether a name is of the roster, or begins so."""
+        """Return whether a place has a name on the roster, or is a notebook with a name that begins with such an ID."""
         return self._roster.by_name(place.stem).is_certain or self._roster.before_underscore(place.name) is not None
 
     def _explore(self, source: str, places: Sequence[Place], depth: int) -> None:
-        """Take the submissions that lie in a class's folder or archive, at a depth of folders around them."""
+        """Take the submissions that lie in a class's folder or archive, and in the classes in it.
+
+        Parameters
+        ----------
+        source : path of the folder or archive
+        places : what lies in it
+        depth : number of folders and archives of the class around it
+        """
         platform = self._platform(source, places)
         if platform is None:
             return
@@ -299,7 +312,7 @@ class _Finder:
         submissions = [place for place in places if labels[place.source] or _may_be_submission(place)]
         # Anybody can put folders with others' names into a zip, so it is a class's only if all beside it are, too;
         # without a roster, which knows that the name of a zip is nobody's, only if nothing lies beside it.
-        are_classes = len(classes) == len(submissions) and bool(self._roster or len(submissions) == 1)
+        are_classes = len(classes) == len(submissions) and (self._roster.is_given or len(submissions) == 1)
         loose: dict[tuple[object, ...], list[tuple[Place, Label]]] = defaultdict(list)
         for place in places:
             label = labels[place.source]
@@ -311,7 +324,7 @@ class _Finder:
                 loose[label.platform, label.people, label.number, label.time].append((place, label))
             elif place.source in classes and are_classes:
                 self._explore(place.source, classes[place.source], depth + 1)
-            elif any(self._roster or platforms_of(inside.name) for inside in classes.get(place.source, ())):
+            elif any(self._roster.is_given or platforms_of(inside.name) for inside in classes.get(place.source, ())):
                 self._ignore(place.source, Problem.of(Code.SEVERAL_HAND_INS))
             elif place.is_store:
                 self._take(place, label)
@@ -326,7 +339,10 @@ class _Finder:
             self._take_loose(files)
 
     def _classes(self, places: Sequence[Place], depth: int) -> dict[str, list[Place]]:
-        """Return the folders and archives that hold what looks like a class's submissions, and what lies in each."""
+        """Return path → content of the folders and archives that hold what looks like a class's submissions.
+
+        A name on the roster is a student's; too deep in other folders, nothing is looked into.
+        """
         classes: dict[str, list[Place]] = {}
         for place in places if depth < MAX_CLASS_DEPTH else ():
             if place.is_store and not self._roster.by_name(place.stem).is_certain:
@@ -337,7 +353,7 @@ class _Finder:
         return classes
 
     def _is_class(self, places: Sequence[Place], depth: int) -> bool:
-        """Check whether what lies in a folder or an archive are the submissions of a class, and not one student's."""
+        """Return whether what lies in a folder or an archive are the submissions of a class, and not one student's."""
         places = [place for place in places if not isinstance(place.content, Problem)]
         if any(is_work(place.name) and not (place.is_store or platforms_of(place.name)) for place in places):
             return False
@@ -348,11 +364,14 @@ class _Finder:
         return is_wrapped and self._is_class(stores[0].children(self._shelf), depth + 1)
 
     def _is_a_students(self, place: Place) -> bool:
-        """Check whether a place is named by a student. Without a roster, the course.json in it must name them, too."""
+        """Return whether a place has the name of a student, or one that a platform gave.
+
+        Without a roster, the course.json in it must name the student, too.
+        """
         if platforms_of(place.name) and (place.is_store or is_notebook(place.name)):
             return True
         owner = self._roster.by_name(place.stem)
-        if self._roster or not (place.is_store and owner.students):
+        if self._roster.is_given or not (place.is_store and owner.students):
             return place.is_store and owner.is_certain
         self._shelf.begin_student()
         try:
@@ -402,9 +421,14 @@ class _Finder:
             self._pieces.append(replace(piece, owner=by_name))
 
     def _time_of(self, place: Place, label: Label | None) -> tuple[datetime | None, str]:
-        """Return when a file was received, and how that is known: by the instructor's disk or a platform's archive.
+        """Return when a file was received (UTC), and how that is known: by the grader's disk or a platform's archive.
 
-        Returns None and "" for a time inside of an archive that may be a student's.
+        Return (None, "") for a folder, for a file without a time, and for one in an archive that may be a student's.
+
+        Parameters
+        ----------
+        place : the file
+        label : what its name says if a platform gave it
         """
         if place.file is None or place.file.modified is None:
             return None, ""
@@ -414,7 +438,10 @@ class _Finder:
         return (place.file.modified, "the time in the archive of the class") if is_platforms else (None, "")
 
     def _take_loose(self, files: Sequence[tuple[Place, Label]]) -> None:
-        """Take files of one student that a platform named, side by side."""
+        """Take the files of one student that lie side by side, with names that a platform gave.
+
+        Each archive is taken by itself, the other files together. Of equal names, that of the newest attempt counts.
+        """
         newest_first = sorted(files, key=lambda file: -file[1].attempt)
         loose: dict[str, Place] = {}
         for place, label in newest_first:
@@ -433,7 +460,9 @@ class _Finder:
             self._take(_together(loose), latest, name=name, received=max(times, default=(None, "")))
 
     def _split(self, whole: Piece, place: Place, nesting: int = 0) -> list[Piece]:
-        """Look into a place, and split it: each archive with work in it is a piece, and so is the rest.
+        """Look into a place, and split it into pieces: the rest, then each archive with work in it, however deep.
+
+        There is no rest if all files are in such archives.
 
         Parameters
         ----------
@@ -480,7 +509,7 @@ class _Finder:
         return self._split(whole, place, nesting + 1)
 
     def _course(self, files: Mapping[str, StoredFile]) -> dict[str, Any]:
-        """Read the course.json with the fewest folders above it; nothing without one."""
+        """Read the course.json with the fewest folders above it; return {} if there is none or it cannot be read."""
         paths = [path for path in files if path.rpartition("/")[2] == COURSE_FILE]
         try:
             path = min(paths, key=lambda path: (path.count("/"), path))
@@ -491,7 +520,12 @@ class _Finder:
     # --- their owners and times ---------------------------------------------------------------------------------------
 
     def submissions(self, earlier: Callable[[str], Collection[str] | None]) -> list[Submission]:
-        """Return the submission of each student; none while the platform of a download is not decided."""
+        """Return one submission for each student, by ID; none while the platform of a download is not decided.
+
+        Parameters
+        ----------
+        earlier : as for :func:`find`
+        """
         if self.is_undecided:
             return []
         owned = [replace(piece, owner=self._owner(piece)) for piece in self._pieces]
@@ -518,7 +552,7 @@ class _Finder:
         return None
 
     def _owner(self, piece: Piece) -> Owner:
-        """Determine the owner of a piece that has an owner by name; add a row for the instructor if it is in doubt."""
+        """Determine the owner of a piece. Add a row for the instructor if the owner is in doubt or decided."""
         holds_work = any(map(is_work, piece.files))
         owner = owners.owner_of(piece.name, piece.owner, piece.course, self._roster, holds_work)
         decision = self._decisions.get((piece.source, OWNER))
@@ -536,7 +570,7 @@ class _Finder:
         return owner
 
     def _with_time(self, piece: Piece) -> Piece:
-        """Add the time of receipt to a piece, and a row for the instructor if only files say it, or if it is decided.
+        """Return a piece with its time of receipt; add a row for the instructor if only files say it, or it is decided.
 
         The row's key has the time when the files were saved, so a decision does not hold for files that were saved
         later, unless the instructor wrote the row without that time.
@@ -582,13 +616,13 @@ class _Finder:
     # --- what is not read ---------------------------------------------------------------------------------------------
 
     def _ignore(self, source: str, *why: Problem) -> None:
-        """Note that something is not read, and why."""
+        """Note that what lies at a path is not read, and why."""
         self._ignored[why].append(source)
 
     def ignored(self) -> list[Problem]:
-        """Return a problem for each reason why something is not read, and those of decisions.
+        """Return a problem for each reason why something is not read, and for each decision that cannot be followed.
 
-        Each name is in it, however many there are: whoever grades has to look at all of them.
+        A problem has the paths of all that is not read for its reason: whoever grades has to look at all of them.
         """
         return [
             *(Problem(Code.IGNORED, "", {"files": files, "why": [*why]}) for why, files in self._ignored.items()),
@@ -597,12 +631,12 @@ class _Finder:
 
 
 def _may_be_submission(place: Place) -> bool:
-    """Check whether a place may be a submission that no platform named."""
+    """Return whether a place may be a submission that no platform named: a folder, an archive or a notebook."""
     return place.is_store or is_notebook(place.name) or archives.is_other_archive(place.name)
 
 
 def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
-    """Collect all pieces of a student."""
+    """Return the submission of a student, with all pieces that belong to them."""
     pieces = [piece for piece in pieces if student in (*piece.owner.students, *piece.owner.claimed)]
     own = [piece for piece in pieces if student in piece.owner.everybody]
     own.sort(key=lambda piece: (piece.received, max(piece.owner.attempt, piece.copy), piece.saved))

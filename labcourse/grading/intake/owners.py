@@ -24,7 +24,7 @@ _PAIR = "+"  # between the IDs of those who hand in together
 
 
 def nobody(*why: Problem) -> Owner:
-    """Return the owner of a submission of which nobody was identified."""
+    """Return the owner of a submission if nobody was identified, for these reasons."""
     return Owner(problems=why)
 
 
@@ -34,9 +34,14 @@ class Roster:
     Parameters
     ----------
     records : the students; without any, each valid ID is a student's
+
+    Attributes
+    ----------
+    is_given : whether there is a roster: it has students
     """
 
     def __init__(self, records: Sequence[StudentRecord] = ()) -> None:
+        self.is_given = bool(records)
         self._records = {caseless(record.student): record for record in records}
         self._spelled = {name: record.student for name, record in self._records.items()}
         groups = Counter(record.group for record in records)
@@ -54,19 +59,16 @@ class Roster:
                 self._names[letters(name)].add(record.student)
                 self._plain_names[plain_letters(name)].add(record.student)
 
-    def __bool__(self) -> bool:
-        return bool(self._records)
-
     def group(self, student: str) -> str:
-        """Return the group of a student who stands on the roster; "" without one."""
+        """Return the laboratory group of a student, by ID; "" without one, and if it is too large to be one."""
         return self._groups.get(student, "")
 
     def known(self, text: str) -> str | None:
-        """Return an ID as the roster spells it; without a roster, any valid ID; None if it is nobody's."""
-        return self.spelled(text) if not self._records or caseless(text) in self._records else None
+        """Return a student's ID as the roster spells it; None for another text. Without a roster, take any valid ID."""
+        return self.spelled(text) if not self.is_given or caseless(text) in self._records else None
 
     def spelled(self, text: str) -> str | None:
-        """Return a valid ID as the roster spells it, or else as it was spelled first; None if it is not valid."""
+        """Return an ID as the roster spells it, or else as it was spelled at first; None for a text that is no ID."""
         if caseless(text) not in self._spelled:
             try:
                 student = student_id.normalised(text)
@@ -76,9 +78,10 @@ class Roster:
         return self._spelled[caseless(text)]
 
     def lookup(self, name: str) -> set[str]:
-        """Return the student with this ID, or else all with this name, e-mail address or other alias.
+        """Return the student's ID if ``name`` is one, or else the IDs of all with this name, e-mail address or alias.
 
-        Accents do not count, unless one of the names has just these.
+        If students have the name with the same accents, only these are returned; else accents do not count. The set is
+        empty if nobody has the name.
         """
         if (record := self._records.get(caseless(name))) is not None:
             return {record.student}
@@ -88,55 +91,61 @@ class Roster:
         return exact or self._plain_names.get(plain, set())
 
     def by_label(self, label: Label) -> Owner:
-        """Identify the student in a platform's name. Without a roster, only nbgrader's names hold an ID."""
-        if not self and label.platform == platforms.NBGRADER:
+        """Identify the student in a file name of a platform.
+
+        Name and number must not contradict each other. A number alone counts only if the file name has no name of a
+        person, or the roster has no name of the student. Without a roster, only nbgrader's file names hold an ID.
+        """
+        if not self.is_given and label.platform == platforms.NBGRADER:
             return self.by_name(label.people[0])
         person = next(filter(self.lookup, label.people), "")
-        by_name = self.lookup(person)
-        by_number = self.lookup(label.number) if label.number else set[str]()
-        if len(by_name) == 1 and by_number and not by_name & by_number:
-            return nobody(Problem.of(Code.NAME_AND_NUMBER_DIFFER, students=sorted(by_name | by_number)))
-        students = by_name & by_number or by_name
+        named = self.lookup(person)
+        numbered = self.lookup(label.number) if label.number else set[str]()
+        if len(named) == 1 and numbered and not named & numbered:
+            return nobody(Problem.of(Code.NAME_AND_NUMBER_DIFFER, students=sorted(named | numbered)))
+        students = named & numbered or named
         if not students:  # a number alone may be another platform's, of somebody else
-            students = {
-                student for student in by_number if not (label.people and self._records[caseless(student)].name)
-            }
+            students = {student for student in numbered if not (label.people and self._records[caseless(student)].name)}
         if len(students) == 1:
             group = label.people[0].removesuffix(person) if label.platform == platforms.MOODLE and label.people else ""
-            owner = _by_name(tuple(students), label.attempt if label.file else 0, is_certain=True)
+            owner = _owner(tuple(students), label.attempt if label.file else 0, is_certain=True)
             return replace(owner, group=group)
         if students:
             return _ambiguous(students)
-        why = Code.PLATFORM_NAME_UNKNOWN if self else Code.PLATFORM_NAME_WITHOUT_ROSTER
+        why = Code.PLATFORM_NAME_UNKNOWN if self.is_given else Code.PLATFORM_NAME_WITHOUT_ROSTER
         return nobody(Problem.of(why, platform=label.platform))
 
     def by_name(self, name: str, course_student: str = "") -> Owner:
         """Identify the students in the name of a folder or of an archive (without its ending).
 
+        The owner is certain if they are on the roster. Otherwise the name must be a valid ID, or IDs of which one is
+        ``course_student``.
+
         Parameters
         ----------
         name : as people read it
-        course_student : the student in its course.json, which decides between the meanings of a name
+        course_student : the student in its course.json, which decides between the meanings of a name that is not on
+            the roster
         """
-        for names, attempt in _meanings(name) if self else ():
+        for names, attempt in _meanings(name) if self.is_given else ():
             ids = tuple(dict.fromkeys(filter(None, map(self.known, names))))
             if len(ids) == len(names):
-                return _by_name(ids, attempt, is_certain=True)
-            called_so = self.lookup(names[0]) if len(names) == 1 else set()
-            if len(called_so) == 1:
-                return _by_name(tuple(called_so), attempt, is_certain=True)
-            if called_so:
-                return _ambiguous(called_so)
+                return _owner(ids, attempt, is_certain=True)
+            named = self.lookup(names[0]) if len(names) == 1 else set()
+            if len(named) == 1:
+                return _owner(tuple(named), attempt, is_certain=True)
+            if named:
+                return _ambiguous(named)
         for names, attempt in _meanings(name):
             ids = tuple(filter(None, map(self.spelled, names)))
             if len(ids) == len(names) and self.spelled(course_student) in ids:
-                return _by_name(ids, attempt)
+                return _owner(ids, attempt)
         base, attempt = (without_copy_number(name) if name.endswith(")") else None) or (name, 0)
         try:
             student = student_id.normalised(base)
         except StudentIDError as error:
             return nobody(Problem.of(Code.NOT_AN_ID, error=str(error)))
-        return _by_name((self.spelled(student) or student,), attempt)
+        return _owner((self.spelled(student) or student,), attempt)
 
     def before_underscore(self, name: str) -> Label | None:
         """Read the name of a notebook that begins with an ID of the roster, as ``ada_01_x.ipynb``; None for another."""
@@ -146,11 +155,13 @@ class Roster:
         return Label("", (known[-1],), file=name[len(known[-1]) + 1 :]) if known else None
 
 
-def _by_name(students: tuple[str, ...], attempt: int, is_certain: bool = False) -> Owner:
+def _owner(students: tuple[str, ...], attempt: int, is_certain: bool = False) -> Owner:
+    """Return the owner of a submission that belongs to these students; it is run on the bench of the first of them."""
     return Owner(students, bench_of=students[0], attempt=attempt, is_certain=is_certain)
 
 
 def _ambiguous(students: Collection[str]) -> Owner:
+    """Return the owner of a submission with a name that several students on the roster have: nobody yet."""
     return replace(nobody(Problem.of(Code.SEVERAL_STUDENTS, students=sorted(students))), is_certain=True)
 
 
@@ -160,7 +171,7 @@ def _meanings(name: str) -> Iterator[tuple[tuple[str, ...], int]]:
     Yields
     ------
     tuple
-        IDs or names of its students; and the number of the copy, as 1 for ``ada (1)``
+        IDs or names of its students; and the number of the copy, as 1 for ``ada (1)``, 0 for no copy
     """
     for text in dict.fromkeys(encodings(name)):
         for base, attempt in filter(None, [(text, 0), without_copy_number(text)]):
@@ -181,13 +192,13 @@ def course_data(data: bytes) -> dict[str, Any]:
 
 
 def students_in(data: bytes) -> list[str]:
-    """Return all students whom a course.json names, as they are written there."""
+    """Return the student and the partners whom a course.json names, as they are written there."""
     course = course_data(data)
     return [name for name in (course.get("student"), *_partners(course)) if isinstance(name, str)]
 
 
 def _partners(course: Mapping[str, Any]) -> list[Any]:
-    """Return the partners whom a course.json names: usually texts, but a student can write any JSON there."""
+    """Return the partners whom a course.json names, the first few: usually texts, but a student can write any JSON."""
     partners = course.get("with")
     if isinstance(partners, list):
         return partners[:MOST_TOGETHER]
@@ -212,7 +223,13 @@ def owner_of(name: str, by_name: Owner, course: Mapping[str, Any], roster: Roste
     by_name : owner by this name
     course : content of its course.json
     roster : the students
-    holds_work : whether it holds anything of the course
+    holds_work : whether the submission holds a notebook, or a file that the course's notebooks make
+
+    Returns
+    -------
+    Owner
+        With the partners whom the course.json claims, or the contradiction between the two as a problem. If the name is
+        not on the roster, it is nobody, unless the submission holds work and its course.json names no other student.
     """
     written = student_in(course)
     student = roster.spelled(written) if written else None
@@ -220,7 +237,7 @@ def owner_of(name: str, by_name: Owner, course: Mapping[str, Any], roster: Roste
     claimed = tuple(dict.fromkeys(filter(None, partners.values())))
     unknown = [partner for partner, known in partners.items() if not known]
     notes = tuple(Problem.of(Code.PARTNER_UNKNOWN, partner=partner) for partner in unknown)
-    if by_name.students and (by_name.is_certain or not roster):
+    if by_name.students and (by_name.is_certain or not roster.is_given):
         return _checked(replace(by_name, notes=notes), written, student, claimed)
     says = [Problem.of(Code.COURSE_FILE_NAMES, named=written)] if written else []
     if not by_name.students:
@@ -234,6 +251,8 @@ def owner_of(name: str, by_name: Owner, course: Mapping[str, Any], roster: Roste
 
 def _checked(owner: Owner, written: str, student: str | None, partners: Sequence[str]) -> Owner:
     """Compare the owner by name with a course.json, and add its partners, or the contradiction as a problem.
+
+    A student may hand in a folder of which the course.json names another student, and them as the partner.
 
     Parameters
     ----------
@@ -267,8 +286,8 @@ def resolve_partners(
     ----------
     owners : the owner of each submission
     roster : the students
-    earlier : function that returns the students whom a student named when they handed in before; None for a student
-        who did not
+    earlier : function of a student's ID: returns the students whom their last course.json named; None if they handed in
+        nothing before
     decide : function that returns whether two students are partners as the instructor decided; None without a decision
     """
     named: dict[str, set[str | None]] = defaultdict(set)
@@ -297,15 +316,27 @@ def resolve_partners(
 
 
 def _with_partners(owner: Owner, most: Collection[str]) -> Owner:
-    """Leave out the partners of an owner that are too many with those of the owner's other submissions."""
-    if not (others := [name for name in owner.claimed if name not in most]):
+    """Leave out the partners of an owner who are too many with those of the owner's other submissions.
+
+    Parameters
+    ----------
+    owner : of one submission
+    most : partners that may stay: the first ones in all submissions of the owner
+    """
+    if not (left_out := [name for name in owner.claimed if name not in most]):
         return owner
-    note = Problem.of(Code.TOO_MANY_PARTNERS, most=MOST_TOGETHER, partners=others)
+    note = Problem.of(Code.TOO_MANY_PARTNERS, most=MOST_TOGETHER, partners=left_out)
     return replace(owner, claimed=tuple(filter(most.__contains__, owner.claimed)), notes=(*owner.notes, note))
 
 
 def _resolved(owner: Owner, counts: Mapping[str, bool | None]) -> Owner:
-    """Set which of an owner's partners wait and which are declined; no work is run on the bench of one of these."""
+    """Set which partners of an owner wait and which are declined; the work is not run on the bench of any of them.
+
+    Parameters
+    ----------
+    owner : with the partners whom the course.json claims
+    counts : partner → whether they count; None if a person has to confirm them
+    """
     waiting = tuple(name for name, is_partner in counts.items() if is_partner is None)
     declined = tuple(name for name, is_partner in counts.items() if is_partner is False)
     bench_of = owner.students[0] if owner.bench_of in (*waiting, *declined) else owner.bench_of

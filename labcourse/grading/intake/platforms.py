@@ -87,7 +87,7 @@ class Label:
 
 
 def label_of(name: str, platform: str) -> Label | None:
-    """Read a name by the pattern of a platform; None if it does not fit, or for a platform without a pattern."""
+    """Read a file name by the pattern of a platform; return None if it does not fit, or the platform has no pattern."""
     sign, form = DOWNLOAD_NAMES.get(platform, ("", None))
     match = form.fullmatch(name[:_LONGEST]) if form else None
     if match is None:
@@ -107,12 +107,12 @@ def label_of(name: str, platform: str) -> Label | None:
 
 
 def platforms_of(name: str) -> list[str]:
-    """Return the platforms with a pattern that a name fits."""
+    """Return the names of the platforms with a pattern that a file name fits."""
     return [platform for platform in DOWNLOAD_NAMES if label_of(name, platform)]
 
 
 def without_copy_number(name: str) -> tuple[str, int] | None:
-    """Return the name and the number of a copy, as of ``ada (1)``, ``ada-1`` or ``ada copy``; None for another name."""
+    """Return ("ada", 1) of ``ada (1)``, ``ada-1`` or ``ada copy``, name and number of the copy; None for others."""
     match = _AGAIN.fullmatch(name) if len(name) <= _LONGEST else None
     return (match["name"].strip(), int(next(filter(None, match.groups()[1:]), 1))) if match else None
 
@@ -120,7 +120,8 @@ def without_copy_number(name: str) -> tuple[str, int] | None:
 def without_canvas_counts(files: Mapping[str, _Content]) -> dict[str, _Content]:
     """Return files under the names that they had before Canvas counted them: ``tools-1.py`` may have been ``tools.py``.
 
-    Notebooks are left out, as they are recognised by their names anyway, and names that exist or are of several files.
+    Only files with such other names are returned. Notebooks are left out, as they are recognised by their names anyway,
+    and so are names that ``files`` has already, or that several files would have.
     """
     uncounted: dict[str, list[_Content]] = {}
     for name, content in files.items():
@@ -138,7 +139,7 @@ def readable(name: str) -> str:
 
 
 def encodings(name: str) -> Iterator[str]:
-    """Yield what a name may be, itself first: programs that unpack old zips often guess the names' encoding wrongly."""
+    """Yield the name, then what else it may be: programs that unpack old zips often guess its encoding wrongly."""
     yield readable(name)
     for written, read in _ENCODINGS if not name.isascii() else ():
         with contextlib.suppress(UnicodeError):
@@ -195,12 +196,13 @@ def read_times(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], lis
     Parameters
     ----------
     path : the file
-    zone : of times without one
+    zone : of the times that name no zone
 
     Returns
     -------
     tuple
-        name → time in UTC, where each name of a line counts; and a message on each line that has no valid time
+        name → time in UTC, for each name in a line; and a message on each line with a text that is not a time (lines
+        with no text or "-" there are passed over)
 
     Raises
     ------

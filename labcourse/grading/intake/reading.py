@@ -36,8 +36,8 @@ _OLD = datetime.min.replace(tzinfo=UTC)
 _WORD, _DIGITS = pattern(r"[^\W_]+"), pattern(r"\d+")
 _FEWEST_CELLS = 3  # by which a notebook of another name is recognised; two may be equal by chance
 
-#: How much a file's name differs from a notebook's: 0 not at all, else 1 and the number of words in it that are none of
-#: the notebook's; and minus the number of the copy.
+#: How much a file's name differs from a notebook's: 0 if not at all, else 1 plus the number of its words that are not
+#: in the notebook's name; and the negated number of the copy.
 Fit = tuple[int, int]
 #: A notebook of the course: the id of each cell → the cell.
 Master = Mapping[str, Mapping[str, Any]]
@@ -53,19 +53,19 @@ def read(
     decisions: Decisions | None = None,
     earlier: Callable[[], Iterable[Delivery]] = tuple,
 ) -> Submission:
-    """Read a submission's pieces, in order of time: fill in what was read. Return the submission.
+    """Read a submission's pieces, in order of time: fill in what was read. Return the same submission.
 
-    If one of the pieces cannot be read, the others are.
+    If one of the pieces cannot be read, the others are. Problems, notes and doubts of the submission say what is not.
 
     Parameters
     ----------
     submission : as found
     wanted : file names of the course's notebooks
-    masters : the cells of each of them, by which a notebook of another name is recognised
+    masters : file name of a notebook of the course → its cells, by which a notebook of another name is recognised
     packages : names of the course's packages, which are not own files
     reports : file names of the course's reports, as PDF
     decisions : which of several files counts, by the instructor
-    earlier : function that returns what the student handed in before; called only if a notebook is empty
+    earlier : function that returns what the student handed in before; called only if nothing is written in a notebook
     """
     with Shelf() as shelf:
         reader = _Reader(submission, shelf, wanted, masters or {}, packages, reports, decisions or {}, earlier)
@@ -76,7 +76,9 @@ def read(
 
 
 def unread_problems(submission: Submission, earlier: Collection[str] = ()) -> list[Problem]:
-    """Return what could not be read of a submission as it should, and is not replaced by something later.
+    """Return a problem for each thing in a submission that could not be read and that nothing later replaces.
+
+    There is also one if no notebook was ever handed in, while all pieces can be read.
 
     Parameters
     ----------
@@ -97,7 +99,10 @@ def unread_problems(submission: Submission, earlier: Collection[str] = ()) -> li
 
 
 def is_unread(name: str, problems: Collection[Reason]) -> bool:
-    """Tell whether the problems of a run say that a file was handed in and could not be read."""
+    """Return whether the problems of a run say that a notebook was handed in and could not be read.
+
+    It may be that an older version of it counts.
+    """
     return any(has(code, problems, name) for code in (Code.NOTEBOOK_UNREAD, Code.OLDER_NOTEBOOK_COUNTS))
 
 
@@ -157,7 +162,7 @@ class _Reader:
         return self.shelf.read(self._piece.files[path], most)
 
     def _add(self, name: str, data: bytes) -> None:
-        """Add a file, under its name in the course, to what counts."""
+        """Add a file to what was read of the submission, under its name in the course."""
         piece, digest = self._piece, hashlib.sha256(data).hexdigest()
         self.submission.items.append(Delivery(name, digest, data, piece.received, piece.source, piece.clock))
         self.submission.unread.pop(name, None)
@@ -182,7 +187,10 @@ class _Reader:
         return notebook
 
     def _add_notebook(self, name: str, notebook: Notebook) -> None:
-        """Add a notebook; an empty one does not replace one with answers."""
+        """Add a notebook to what was read; note one without answers where there is one with answers, and leave it out.
+
+        If it is added, problems of pieces that cannot be read become notes.
+        """
         master, submission = self.masters.get(name), self.submission
         if master is None or _count_changed(notebook, master):
             self.answered.add(name)
@@ -196,7 +204,7 @@ class _Reader:
         submission.has_notebooks = True
 
     def _was_answered(self, name: str, master: Master) -> bool:
-        """Return whether the student handed in a notebook before this piece, with something written in it."""
+        """Return whether the student handed in this notebook before this piece, with something written in it."""
         before = self._earlier.get(name)
         return before is not None and before.received < self._piece.received and is_answered(before, master)
 
@@ -205,7 +213,14 @@ class _Reader:
         return {item.name: item for item in self.earlier()}
 
     def _folder_of_most(self, fits: Mapping[str, Sequence[tuple[Fit, str]]]) -> str:
-        """Return the folder of most of the course's notebooks; without any, of its other files, or the top."""
+        """Return the folder of this piece that holds most of the course's notebooks; "" is the top.
+
+        If there are no notebooks, it is the folder of most files ``answers.json`` and ``course.json``, or the top.
+
+        Parameters
+        ----------
+        fits : from :func:`_fitting`
+        """
         lie_in = {(name, path.rpartition("/")[0]) for name, candidates in fits.items() for _fit, path in candidates}
         if not lie_in:
             parts = (path.rpartition("/") for path in self._piece.files)
@@ -214,11 +229,13 @@ class _Reader:
         return min(folders, key=lambda folder: (-folders[folder], len(PurePosixPath(folder).parts), folder), default="")
 
     def _nearness(self, path: str) -> tuple[bool, int, str]:
-        """Return a key that sorts files in the folder of most notebooks first, then by depth."""
+        """Return a key that sorts paths: those in the folder of most notebooks first, then by depth and name."""
         return path.rpartition("/")[0] != self._base, path.count("/"), path
 
     def _best(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> str:
-        """Return the path of the file that counts, and note which others do not; an instructor may decide otherwise.
+        """Return the path of the file that counts as a notebook or report; note others if something in them is lost.
+
+        Then a row is added for the instructor, who may decide otherwise.
 
         Parameters
         ----------
@@ -240,7 +257,10 @@ class _Reader:
         return path
 
     def _chosen(self, name: str, candidates: Sequence[tuple[Fit, str]]) -> tuple[str, Problem]:
-        """Choose the newest of the files in which something is written; of equal times, the one with most written.
+        """Choose the newest of the files in which something is written; of near times, the one with most written.
+
+        If nothing is written in any, it is chosen of those that can be read, or else of all. What the instructor
+        decided counts before all of this. Parameters as for :meth:`_best`.
 
         Returns
         -------
@@ -265,9 +285,14 @@ class _Reader:
         return path, Problem.of(Code.CHOSEN_BY_TIME, cells=max(written[path], 0), **when)
 
     def _is_lost(self, name: str, path: str, chosen: str) -> bool:
-        """Return whether a student made something in a file that the one that counts does not have.
+        """Return whether something of the student's may be in a file that is not in the one that counts.
 
         Files that cannot be read may hold anything.
+
+        Parameters
+        ----------
+        name : name of the notebook or report in the course
+        path, chosen : the file, and the one that counts
         """
         if is_notebook(path):
             one, other = self._notebook(path), self._notebook(chosen)
@@ -284,7 +309,7 @@ class _Reader:
         return _count_changed(notebook, self.masters.get(name, {})) if isinstance(notebook, Notebook) else -1
 
     def _by_cells(self) -> None:
-        """Recognise notebooks of other names by their cells."""
+        """Recognise missing notebooks by their cells among files of other names; note files that are not recognised."""
         missing = {name for name in self._missing if name in self.masters}
         others = [path for path in self._piece.files if path not in self._used and is_notebook(path)] if missing else []
         for path in sorted(others, key=self._nearness)[:MAX_STRANGERS]:
@@ -301,7 +326,7 @@ class _Reader:
             self._note_files(Code.NOT_RECOGNISED, [path for path in others if path not in self._used])
 
     def _in_their_place(self) -> None:
-        """Name files in the place of missing notebooks: pages, programs, and archives that are not read."""
+        """Note files in the place of missing notebooks: pages or programs of that name, archives that are not read."""
         unused = [path for path in self._piece.files if path not in self._used]
         for name in self._missing if self.masters else ():
             stem = name.casefold().removesuffix(".ipynb")
@@ -314,7 +339,7 @@ class _Reader:
     # --- other files --------------------------------------------------------------------------------------------------
 
     def _report(self, name: str, path: str) -> None:
-        """Read a report's PDF. It is not parsed: its size and its first bytes decide whether it is refused."""
+        """Read a report's PDF, or note why it is refused. It is not parsed: its size and its first bytes decide."""
         try:
             data = self._read(path, report_files.MAX_BYTES)
             why = report_files.refusal(data)
@@ -340,7 +365,7 @@ class _Reader:
             self.submission.notes.append(Problem.of(Code.COURSE_FILE_UNREAD, name, error=str(error)))
 
     def _own_files(self) -> None:
-        """Read the other files, as far as they lie with the notebooks or below."""
+        """Read the other files in the folder of the notebooks and below it; note those that are not read."""
         prefix = f"{self._base}/" if self._base else ""
         others = [path for path in self._piece.files if path not in self._used]
         beside = {path.removeprefix(prefix): path for path in others if path.startswith(prefix)}
@@ -361,7 +386,7 @@ class _Reader:
         self._note_files(Code.OUTSIDE_THE_FOLDER, sorted(outside))
 
     def _note_files(self, code: Code, paths: Sequence[str], **about: Any) -> None:
-        """Note why some files are not read; nothing without files."""
+        """Add a note on files, if there are any; ``about`` are further parameters of the problem."""
         if paths:
             self.submission.notes.append(Problem.of(code, **named(paths), **about))
 
@@ -369,7 +394,10 @@ class _Reader:
 def choose_newest(
     submission: Submission, items: Iterable[Delivery], wanted: Sequence[str], reports: Sequence[str] = ()
 ) -> list[Problem]:
-    """Fill in what counts of all that was handed in, the newest of each file. Return notes on what came when.
+    """Set the notebooks, own files, answers, course data and PDFs of a submission to the newest version of each.
+
+    Return a note for each of several arrivals with a notebook or PDF that counts. If there are notebooks, return also a
+    note for each one that is missing and was not found unreadable.
 
     Parameters
     ----------
@@ -388,10 +416,10 @@ def choose_newest(
     submission.answers_at_home = latest[ANSWERS_FILE].content if ANSWERS_FILE in latest else None
     submission.course = course_data(latest[COURSE_FILE].content) if COURSE_FILE in latest else {}
     submission.pdfs = {name: latest[name].content for name in reports if name in latest}
-    stages: dict[tuple[datetime, str], list[str]] = {(item.received, item.source): [] for item in in_order}
+    by_arrival: dict[tuple[datetime, str], list[str]] = {(item.received, item.source): [] for item in in_order}
     for name in (*received, *submission.pdfs):
-        stages[latest[name].received, latest[name].source].append(name)
-    counting = sorted((stage, names) for stage, names in stages.items() if names and len(stages) > 1)
+        by_arrival[latest[name].received, latest[name].source].append(name)
+    counting = sorted((arrival, names) for arrival, names in by_arrival.items() if names and len(by_arrival) > 1)
     notes = [
         Problem.of(Code.ARRIVED, time=f"{time:%Y-%m-%d %H:%M}", source=source, names=names)
         for (time, source), names in counting
@@ -418,14 +446,14 @@ def _fitting(paths: Iterable[str], wanted: Sequence[str], *endings: str) -> dict
     Returns
     -------
     dict
-        wanted name → how well each file's name fits, and its path; the best first
+        wanted name → (fit, path) of each file that may be it, the best first; names without any file are left out
     """
     words = {name: _words(name) for name in wanted}
     candidates: dict[str, list[tuple[Fit, str]]] = {}
     for path in (path for path in paths if path.casefold().endswith(endings)):
         file_name = path.rpartition("/")[2]
-        given = _words(file_name)
-        fits = {name: fit for name in wanted if (fit := _fit(file_name, given, name, words[name]))}
+        own_words = _words(file_name)
+        fits = {name: fit for name in wanted if (fit := _fit(file_name, own_words, name, words[name]))}
         if fits:  # the longest of the names that the file's name contains
             name = max(fits, key=lambda name: (words[name].count("_"), [-part for part in fits[name]]))
             candidates.setdefault(name, []).append((fits[name], path))
@@ -440,7 +468,13 @@ def _words(name: str) -> str:
 
 
 def _fit(file_name: str, words: str, wanted: str, wanted_words: str) -> Fit | None:
-    """Return how well a file's name fits a name in the course; None unless it contains all words of that name."""
+    """Return how well a file's name fits a name in the course; None unless it contains all words of that, in one piece.
+
+    Parameters
+    ----------
+    file_name, words : the file's name, and its :func:`_words`
+    wanted, wanted_words : the name in the course, and its words
+    """
     if caseless(file_name) == caseless(wanted):
         return 0, 0
     before, found, after = words.partition(wanted_words)
@@ -451,7 +485,10 @@ def _fit(file_name: str, words: str, wanted: str, wanted_words: str) -> Fit | No
 
 
 def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | None:
-    """Return the notebook of the course that holds most of these cells; None for too few, or if two hold as many."""
+    """Return the notebook of the course that has most of these cells; None if two have as many, or if they are too few.
+
+    Too few are less than three, or than half of the notebook's.
+    """
 
     def alike(master: Master) -> int:
         """Return how many of the cells a notebook of the course holds, by their ids or their texts."""
@@ -466,7 +503,7 @@ def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | N
 
 
 def is_answered(notebook: Delivery, master: Master) -> bool:
-    """Tell whether a student wrote something in a notebook that was handed in."""
+    """Return whether a student wrote something in a notebook that was handed in; ``master`` is the course's."""
     return _count_changed(Notebook.read(notebook.content), master) > 0
 
 

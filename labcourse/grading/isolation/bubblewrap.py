@@ -38,15 +38,15 @@ def is_root() -> bool:
 
 
 def sandbox_user() -> int:
-    """Return the number of the user who runs one command inside.
+    """Return the number of the user who runs a command inside.
 
-    If this program runs as root, each run has a user number that no other run has. Otherwise the command runs as the
-    same user, with this number inside.
+    If this program runs as root, the number is drawn anew for each run, so that runs hardly ever share one. Otherwise
+    the command runs as the user of this program, who has the number 1000 inside.
 
     Raises
     ------
     IsolationError
-        If we are root, and have no other user's number (in a container that has root only).
+        If this program runs as root and can have no other user's number (in a container that has root only).
     """
     if not is_root():
         return 1000
@@ -61,7 +61,9 @@ def sandbox_user() -> int:
 
 
 def _unassigned_ids(*maps: str) -> range:
-    """Return user numbers that nobody has and that this process may use; an empty range if there are none.
+    """Return user numbers that this process may use; an empty range if there are none.
+
+    They are numbers that no distribution assigns, if it may use these, or else others that are rarely assigned.
 
     Parameters
     ----------
@@ -134,13 +136,13 @@ def setpriv_prefix(uid: int) -> list[str]:
 
 
 def default_environment() -> dict[str, str]:
-    """Return the variables that every command gets, unless the caller sets them."""
+    """Return the environment variables that every command gets, unless the caller of ``run`` sets them."""
     folders = [str(python().parent), "/usr/local/bin", "/usr/bin", "/bin"]
     return {"PATH": os.pathsep.join(folders), "HOME": HOME, "TMPDIR": "/tmp", "LANG": "C.UTF-8", "USER": USER_NAME}
 
 
 def python() -> Path:
-    """Return the path of this Python, which is the same in the sandbox.
+    """Return the path of the Python that runs this program; it is the same in the sandbox.
 
     ``sys.executable`` is what was typed: with ``..`` it may go through folders that are not shown.
     """
@@ -163,7 +165,7 @@ def without_dots(path: Path) -> Path:
 
 
 def visible_paths(visible: Iterable[Path]) -> list[Path]:
-    """Return the paths of the Python environment and those that the caller shows, parents first.
+    """Return the paths to show: those of the Python environment and those in ``visible``, parents first.
 
     Raises
     ------
@@ -210,7 +212,7 @@ def _checked_visible(path: Path) -> Path:
 
 
 def _labcourse_folder() -> Path:
-    """Return the folder of labcourse, which must not be seen inside: it holds how the command is judged."""
+    """Return the folder of labcourse, which must not be seen inside: it holds how students' work is judged."""
     return Path(__file__).resolve().parents[2]
 
 
@@ -318,7 +320,7 @@ def remedy_of_platform() -> str:
 
 
 def remedy_of_namespaces(settings: Path = Path("/proc/sys")) -> str:
-    """Return what to do where namespaces cannot be made: by the system's settings, or in a container."""
+    """Return what to do where namespaces cannot be made: about a setting in /proc/sys, a container, or in general."""
     for name, bad, remedy in _NAMESPACE_SETTINGS:
         with contextlib.suppress(OSError):
             if (settings / name).read_text("ascii").strip() == bad:
@@ -335,7 +337,7 @@ def in_container(root: Path = Path("/")) -> bool:
 
 
 def explain_failure(message: str) -> tuple[str, str]:
-    """Return which layer failed, and what to do, for a message of bubblewrap's."""
+    """Return the layer that failed and what to do about it, from a message of bubblewrap or setpriv."""
     for parts, layer, remedy in _FAILURES:
         if any(part in message for part in parts):
             return layer, remedy or remedy_of_namespaces()

@@ -27,7 +27,7 @@ _REMOVAL_TIMEOUT = 2.0  # s; the kernel lets go of a group a little after its la
 
 @dataclass(frozen=True)
 class ParentGroup:
-    """A group below which one can be made: its folder, and the version of its hierarchy."""
+    """A group below which one can be made: its folder, and the version (1 or 2) of its hierarchy."""
 
     folder: Path
     version: int
@@ -83,7 +83,7 @@ def _delegating(mount: Path, current: Path, controller: str) -> Path | None:
 
 @contextlib.contextmanager
 def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterator[Collection[Path]]:
-    """Make groups with these limits, where that is possible; yield their folders. They are removed after the block.
+    """Make groups with limits, where that is possible; yield their folders. They are removed after the block.
 
     Parameters
     ----------
@@ -111,14 +111,14 @@ def limited_groups(limits: Limits, parents: Mapping[str, ParentGroup]) -> Iterat
 
 
 def add(pid: int, groups: Iterable[Path]) -> None:
-    """Put a process into groups, with all that it will start, where that is possible."""
+    """Put a process, with all that it will start, into groups; a group that cannot take it is passed over."""
     for folder in groups:
         with contextlib.suppress(OSError):
             (folder / "cgroup.procs").write_text(str(pid), "ascii")
 
 
 def _remove_group(folder: Path) -> None:
-    """Remove a group. Try again for a while: the kernel may still be busy with its last process."""
+    """Remove a group. Try for up to 2 s, then leave it: the kernel may still be busy with its last process."""
     deadline = time.monotonic() + _REMOVAL_TIMEOUT
     while folder.exists() and time.monotonic() < deadline:
         try:

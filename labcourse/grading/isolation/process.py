@@ -108,7 +108,7 @@ def read_files(folder: int, wanted: Mapping[str, int]) -> tuple[dict[str, bytes]
     dict
         Name → content of the files that could be read.
     dict
-        Name → why it could not be read, of those that exist.
+        Name → why it could not be read, of those that exist and could not.
     """
     files, troubles = {}, {}
     for name, most in wanted.items():
@@ -169,7 +169,7 @@ class ProcessPipes:
         self._selector.register(self._stdout, selectors.EVENT_READ)
 
     def send(self, data: bytes, last: bool = False) -> None:
-        """Begin to send data to the process. If it is the ``last``, the input of the process ends after it."""
+        """Begin to send data to the process, once earlier data are sent. After the ``last`` data, its input ends."""
         self._to_send, self._end_input_after = memoryview(data), last
         if data:
             self._selector.register(self._stdin, selectors.EVENT_WRITE)
@@ -183,7 +183,7 @@ class ProcessPipes:
 
         Parameters
         ----------
-        deadline : time of the monotonic clock, s
+        deadline : when it must be ended, by the monotonic clock, s
         cancelled : set from another thread to give up
         ready : function of the output so far: whether the caller need not wait any more
 
@@ -221,7 +221,7 @@ class ProcessPipes:
         self._stdout.close()
 
     def _exchange(self, wait: float) -> None:
-        """Exchange the data that can be exchanged within ``wait`` seconds."""
+        """Wait up to so many seconds until data can be exchanged, and exchange a chunk; or until the process ends."""
         if not self._selector.get_map():  # the process has closed its output: only wait for its end
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self.process.wait(timeout=wait)
@@ -245,7 +245,7 @@ class ProcessPipes:
                 self._stdin.close()
 
     def _read_output(self) -> bool:
-        """Read a chunk of what the process has written. Return whether there was any data."""
+        """Read a chunk of what the process has written, without waiting. Return whether there was any data."""
         data = self._stdout.read(_CHUNK)
         self.output += data or b""
         if data == b"":  # the end of the output; None would mean: nothing yet

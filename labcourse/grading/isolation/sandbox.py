@@ -79,12 +79,14 @@ def run(
     Returns
     -------
     Outcome
-        How the run ended, and the files, however it ended. An exit status of 128 + n is read as signal n, as by shells.
+        How the run ended, and the files, however it ended (none if it was cancelled before it began). An exit status of
+        128 + n is read as signal n, as by shells.
 
     Raises
     ------
     IsolationError
-        If the sandbox cannot be set up (then the command is not run), or if a process in it cannot be ended.
+        If a wanted name is no plain file name or the sandbox cannot be set up (then the command is not run), or if a
+        process in it cannot be ended. Without isolation, as :func:`.unisolated.unisolated` says.
     """
     process.check_names(wanted)
     cancelled, environment = cancelled or Event(), environment or {}
@@ -113,7 +115,7 @@ def _sandboxed(
 ) -> Iterator[_Sandbox]:
     """Set up a sandbox, with its limits and without privileges, in which a command waits for the line ``go``.
 
-    Parameters as for :func:`run`.
+    Parameters as for :func:`run`. When the block ends, everything in the sandbox is ended.
 
     Raises
     ------
@@ -226,7 +228,20 @@ class _Sandbox:
             ) from error
 
     def limit(self, limits: Limits, groups: Collection[Path]) -> None:
-        """Limit the first process, and so all processes that it starts; raise IsolationError if that fails."""
+        """Limit the first process, and so all processes that it starts; then put it into control groups.
+
+        A hard limit of the process that is lower already stays. A group that cannot take the process is passed over.
+
+        Parameters
+        ----------
+        limits : on each process
+        groups : folders of control groups, which limit all processes together
+
+        Raises
+        ------
+        IsolationError
+            If one of the limits on each process cannot be set.
+        """
         import resource
 
         wanted = {
@@ -251,12 +266,25 @@ class _Sandbox:
         cgroups.add(self._init_pid, groups)
 
     def drop_privileges(self, cancelled: Event) -> None:
-        """Let the launcher become the user that runs the command; raises as :meth:`wait_until_ready` does."""
+        """Let the launcher become the user that runs the command, and wait until it is ready.
+
+        Raises
+        ------
+        IsolationError
+            If the launcher ends, or takes too long.
+        process.Cancelled
+            If the run was cancelled.
+        """
         self.pipes.send(_GO)
         self._await_ready(cancelled)
 
     def end(self) -> int:
-        """Kill everything inside, wait until it is gone, and return the exit status (minus the signal).
+        """Kill everything inside, and wait until it is gone. A second call does no harm.
+
+        Returns
+        -------
+        int
+            Exit status of the command, or minus the signal that ended it.
 
         Raises
         ------
@@ -283,7 +311,15 @@ class _Sandbox:
         return 128 - code if 128 < code <= 128 + signal.NSIG else code
 
     def _await_ready(self, cancelled: Event) -> None:
-        """Wait until the launcher has printed its line, and clear the output; raise if it ends or is cancelled."""
+        """Wait until the launcher has printed its line, and clear the output.
+
+        Raises
+        ------
+        IsolationError
+            If it ends, prints too much, or takes too long.
+        process.Cancelled
+            If the run was cancelled.
+        """
         deadline = time.monotonic() + _START_TIMEOUT
         ending = self.pipes.exchange_until(deadline, cancelled, lambda output: output.endswith(_READY))
         if ending is Ending.CANCELLED:
@@ -296,7 +332,7 @@ class _Sandbox:
 
 
 def _child_of(parent: int) -> int:
-    """Return the process number of the only child of a process; raise ValueError if there is none.
+    """Return the process number of the only child of a process; raise ValueError unless there is exactly one.
 
     Bubblewrap would report it (--info-fd), but can be killed while it does.
     """
@@ -312,12 +348,12 @@ def _child_of(parent: int) -> int:
 
 
 def _namespace(pid: int | str, kind: str) -> str:
-    """Return the identity of a process's namespace of a kind, as "net:[4026531840]"."""
+    """Return the identity of a process's namespace of a kind ("net"), as "net:[4026531840]"; pid may be "self"."""
     return os.readlink(f"/proc/{pid}/ns/{kind}")
 
 
 def _has_ended(pidfd: int, seconds: float) -> bool:
-    """Wait for the end of a process, by its handle. Return whether it ended within the time."""
+    """Wait for the end of a process, by its handle. Return whether it ended within so many seconds."""
     poll = select.poll()
     poll.register(pidfd, select.POLLIN)
     return bool(poll.poll(seconds * 1000))

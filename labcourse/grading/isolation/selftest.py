@@ -103,7 +103,7 @@ def layers() -> list[Layer]:
 
 
 def _system_layer() -> Layer:
-    """Return whether this is Linux, with a kernel that is new enough."""
+    """Return the layer of the system: good if this is Linux, with a kernel that is new enough."""
     name, release = "operating system", f"{platform.system()} {platform.release()}"
     if not sys.platform.startswith("linux"):
         return Layer(name, False, f"{release}; isolation needs Linux", bubblewrap.remedy_of_platform())
@@ -112,12 +112,12 @@ def _system_layer() -> Layer:
 
 
 def _version(text: str) -> tuple[int, ...]:
-    """Return the first two numbers in a text, as (5, 14)."""
+    """Return the first two numbers in a text, as (5, 14) of "5.14.0-rc1"; fewer if it has fewer."""
     return tuple(int(part) for part in re.findall(r"\d+", text)[:2])
 
 
 def _bubblewrap_layer() -> Layer:
-    """Return whether bubblewrap is installed, in a version that is new enough."""
+    """Return the layer of bubblewrap: good if it is installed, in a version that is new enough."""
     program = shutil.which("bwrap")
     if program is None:
         return Layer("bubblewrap", False, "not installed", bubblewrap.INSTALL)
@@ -128,7 +128,7 @@ def _bubblewrap_layer() -> Layer:
 
 
 def _user_layer() -> Layer:
-    """Return whether there is a user without privileges to run a command as."""
+    """Return the layer of the user: good if there is a user without privileges to run a command as."""
     try:
         bubblewrap.sandbox_user()
     except IsolationError as error:
@@ -138,7 +138,10 @@ def _user_layer() -> Layer:
 
 
 def _inside_layers() -> list[Layer]:
-    """Return the layers that a trusted program in a sandbox can see: files, network, processes, privileges, limits."""
+    """Return the layers that a trusted program in a sandbox looks at: files, network, processes, privileges, limits.
+
+    The filter of system calls is added from outside. If the sandbox does not work, return one layer, which says why.
+    """
     limits = Limits(seconds=60)
     try:
         outcome = sandbox.run(["/bin/sh", "-c", _INSPECTION], visible=[], wanted={"seen": 5}, limits=limits)
@@ -167,22 +170,22 @@ def _inside_layers() -> list[Layer]:
 
 
 def _has_filter() -> bool:
-    """Return whether sandboxes on this machine have the filter of system calls."""
+    """Return whether sandboxes on this machine have the filter of system calls, which depends on its processor."""
     return seccomp.program(os.uname().machine) is not None
 
 
 def _layer_of_error(error: IsolationError) -> Layer:
-    """Return the layer that an error is about, as not working."""
+    """Return the layer that an error names, as one that does not work."""
     return Layer(error.layer or "sandbox", False, str(error).removesuffix(error.remedy).strip(), error.remedy)
 
 
 def _seen_layer(name: str, good: bool, state: str) -> Layer:
-    """Return a layer that was looked at from inside; ``state`` says what is right about it."""
+    """Return a layer that was looked at from inside; ``state`` says what there is if it is good."""
     return Layer(name, good, state if good else f"not so: {state}", "" if good else _REPORT_IT)
 
 
 def _group_layer(controller: str) -> Layer:
-    """Return whether a control group limits everything in a sandbox together; controller as "memory" or "pids"."""
+    """Return the optional layer in which a control group limits everything together; controller "memory" or "pids"."""
     parent = cgroups.parent_groups().get(controller)
     if parent is None:
         return Layer(cgroups.LAYERS[controller], False, "no control group available", _GROUP_REMEDY, needed=False)

@@ -74,7 +74,7 @@ class Unisolated:
         self._code: int | None = None
 
     def end(self) -> int:
-        """Kill the process group, and every process that has the token of the run in its environment.
+        """Kill the command's process group, and every process that has the token of the run in its environment.
 
         Processes that the command starts can leave the group; the environment that they started with stays.
 

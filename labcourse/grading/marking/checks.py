@@ -44,17 +44,17 @@ class ForAPerson:
 
 
 def value_from_own(follow: Callable[..., Any] | None, *arguments: Any) -> tuple[Any, str]:
-    """Work out what follows from the student's own answers.
+    """Compute the answer that follows from the student's own other answers.
 
     Parameters
     ----------
-    follow : a function of the arguments; None if the answer follows from no others
+    follow : a function of the arguments; None if the answer follows from no other answers
     arguments : the student's own answers, and what else the function takes
 
     Returns
     -------
     Any
-        What the function returns; None if nothing follows, for example because all of it is zero.
+        What the function returns; None if nothing follows: it raises, or its numbers are all zero or not all finite.
     str
         Why nothing follows, with a space before it; "" if something does, or if the reason is not known.
     """
@@ -71,7 +71,7 @@ def value_from_own(follow: Callable[..., Any] | None, *arguments: Any) -> tuple[
 
 
 def _all_numbers(value: Any) -> NDArray[Any]:
-    """Return all numbers of an array, or of a list of arrays of several shapes, as one vector."""
+    """Return all numbers of an array, or of lists of arrays of several shapes, as one vector."""
     return np.concatenate([*map(_all_numbers, value)]) if isinstance(value, list | tuple) and value else np.ravel(value)
 
 
@@ -89,7 +89,7 @@ class _Numbers:
     slips: Callable[[Any], Mapping[str, Any]] = field(default=lambda bench: {})
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare with the bench, then with the student's own answers, then with usual mistakes."""
+        """Compare an answer with the expected one, with what follows from own answers, then with usual mistakes."""
         tolerance = _tolerance_text(self.rtol, self.atol, part.unit or part.usual.unit)
         if self._agrees(value, self.expected(case.bench), self.rtol):
             return verdicts.right(f"Within {tolerance} of {self.what}.")
@@ -103,14 +103,14 @@ class _Numbers:
         return verdicts.wrong(f"More than {tolerance} off {self.what}.{disagrees}")
 
     def compared(self, part: Part, bench: Any) -> str:
-        """Say to an instructor what answers on a bench are compared with. Students must not see it."""
+        """Return as text what answers on a bench are compared with, for an instructor: students must not see it."""
         wanted = np.array2string(np.asarray(self.expected(bench)), precision=5, separator=", ")
         tolerance = _tolerance_text(self.rtol, self.atol, part.unit or part.usual.unit)
         follows = f" An answer that agrees with {self.follow_what} counts, too." if self.follow else ""
         return f"{self.what}: {wanted} {part.unit or part.usual.unit}".rstrip() + f", within {tolerance}.{follows}"
 
     def _agrees(self, value: Any, wanted: Any, rtol: float) -> bool:
-        """Return whether an answer is within the tolerance of a value."""
+        """Return whether an answer is within the tolerance (``rtol``, and :attr:`atol`) of a value."""
         return same_entries(value, wanted, rtol, self.atol)
 
     def _all_slips(self, bench: Any) -> Mapping[str, Any]:
@@ -119,7 +119,7 @@ class _Numbers:
 
 
 def _tolerance_text(rtol: float, atol: float, unit: str) -> str:
-    """Return a tolerance as text: "5 %", "0.02 s" or "5 % or 0.02 s"."""
+    """Return a tolerance as text: "5 %", "0.02 s" or "5 % or 0.02 s"; "" if both are 0."""
     return " or ".join([f"{100 * rtol:g} %"] * bool(rtol) + [f"{atol:g} {unit}".rstrip()] * bool(atol))
 
 
@@ -146,7 +146,7 @@ class Number(_Numbers):
     kinds = ("number",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare within the tolerance, and with the expected number rounded."""
+        """Compare an answer within the tolerances, and with the expected number rounded."""
         verdict = super().verdict(part, value, case)
         if verdict.status is not Status.RIGHT and self.fewest_digits:
             rounded = float(f"{self.expected(case.bench):.{self.fewest_digits}g}")
@@ -200,7 +200,7 @@ class FunctionIs:
     kinds = ("function",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare the outputs."""
+        """Compare the outputs of the answer with those of the expected function, then of the others."""
         assert part.probe is not None
         inputs = part.probe.inputs(case.probe_seed)
 
@@ -219,7 +219,7 @@ class FunctionIs:
         return verdicts.wrong(f"Called with other inputs, it gives something else than {self.what}.{why}")
 
     def _same(self, value: Any, expected: list[Any]) -> bool:
-        """Return whether all outputs are the same, within the tolerance."""
+        """Return whether an answer has the expected outputs, one for each input, within the tolerance."""
         tuples = [output if isinstance(output, tuple) else (output,) for output in expected]
         return all(
             len(answered) == len(wanted)
@@ -228,7 +228,7 @@ class FunctionIs:
         )
 
 
-_ZERO_ROOM = 1e-3  # an entry that should be zero may have this share of the largest entry's relative tolerance
+_ZERO_ROOM = 1e-3  # an entry that should be zero may be off by this share of the tolerance of the largest entry
 
 
 def same_entries(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> bool:
@@ -237,8 +237,8 @@ def same_entries(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> b
     Parameters
     ----------
     value, expected : of any shape
-    rtol : relative to the entry
-    atol : absolute; the larger of the two counts
+    rtol : relative to the expected entry
+    atol : absolute; the larger of the two counts, and a thousandth of ``rtol`` of the largest entry if that is more
     """
     answered, wanted = np.ravel(value), np.ravel(np.asarray(expected, dtype=float))
     return answered.shape == wanted.shape and bool(np.all(np.abs(answered - wanted) <= _tolerances(wanted, rtol, atol)))
@@ -257,7 +257,7 @@ def same_poles(value: Any, expected: Any, rtol: float, atol: float = 0.0) -> boo
 
 
 def _tolerances(wanted: NDArray[Any], rtol: float, atol: float) -> NDArray[np.float64]:
-    """Return the tolerance of each entry."""
+    """Return the absolute tolerance of each entry; parameters as for :func:`same_entries`."""
     sizes = np.abs(wanted)
     return np.asarray(np.maximum(np.maximum(rtol * sizes, atol), _ZERO_ROOM * rtol * sizes.max(initial=0.0)))
 
@@ -294,7 +294,7 @@ class ChoiceIs:
     kinds = ("choice",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare choices."""
+        """Compare a choice with the right one, then with the one that own answers make right."""
         if value == (self.expected(case.bench) if callable(self.expected) else self.expected):
             return verdicts.right(self.reason)
         if self.follow is not None:
@@ -314,8 +314,8 @@ class RecordingOf:
     ----------
     recording : a function of the bench, and of the number of the run where ``runs``
     channel : to compare
-    rtol : largest RMS difference, relative. Where a bench came to rest before moves a whole channel a little, so means
-        are not compared.
+    rtol : largest misfit in shape (:func:`misfit`). A whole channel is moved a little by where the bench came to rest
+        before, so means are not compared.
     slips : usual mistakes that the metadata of the recording shows: (name, right value) → what was done
     runs : whether the runs of a bench differ: then a recording is compared with the run that it claims to be
         (:func:`claimed_run`)
@@ -329,7 +329,7 @@ class RecordingOf:
     kinds = ("recording",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare samples."""
+        """Compare the samples of the channel with those that the bench gives again."""
         refused = refused_recording(part, value, case)
         if refused is not None:
             return refused
@@ -354,7 +354,7 @@ class RecordingOf:
 
 
 def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict | None:
-    """Return the verdict on a recording that cannot be compared, or is of another experiment; None if it can be."""
+    """Return the verdict on a recording that must not be compared, or is of another experiment; None otherwise."""
     if not case.virtual:
         return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
     for name, wanted in part.settings:
@@ -386,7 +386,11 @@ def claimed_run(metadata: Mapping[str, Any]) -> int:
 
 
 def misfit(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-    """Return the RMS difference of two signals (n,) about their means, relative to the reference's (inf if 0)."""
+    """Return how much the shape of a signal differs from that of a reference, both (n,).
+
+    Each signal's own mean is taken away. The RMS difference is relative to the standard deviation of the reference; it
+    is inf if that is 0.
+    """
     signal, wanted = values - values.mean(), reference - reference.mean()
     ratio = float(np.sqrt(np.mean((signal - wanted) ** 2) / np.mean(wanted**2)))
     return ratio if math.isfinite(ratio) else math.inf
@@ -400,12 +404,12 @@ _SHARE_OF_RANGE = 0.05
 
 
 def wrong_answer(part: Part, value: Any) -> Any:
-    """Return an answer of the same form that is wrong where the given one is right.
+    """Return a wrong answer of the same form as a right one.
 
     Parameters
     ----------
     part : part of a question, not prose
-    value : a decoded answer (:func:`labcourse.answers.forms.decode`)
+    value : the right answer, decoded (:func:`labcourse.answers.forms.decode`)
     """
     return _WRONG_BY_KIND[part.kind](part, value)
 

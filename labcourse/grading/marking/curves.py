@@ -1,4 +1,4 @@
-"""Curves of a figure: which follow a channel of a recording over time, in the units that their axes name."""
+"""Find the curves of a figure that follow a channel of a recording over time, in the units that their axes name."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MOST_CURVES = 48  # looked at in a figure
 _MOST_SAMPLES = 16384  # of a trace
 _FLAT = 1e-3  # of a channel's variance: a window with less is flat
 _REFINEMENT = np.linspace(-1, 1, 5)  # samples, about the best whole one
-_LIKELY_SWING = (0.1, 10.0)  # times the channel's swing: of a curve whose axis may have another unit than it says
+_LIKELY_SWING = (0.1, 10.0)  # times the channel's swing: of a curve if its axis may have another unit than it says
 _SAMPLE_TIMES = (1e-6, 1.0)  # s
 _SAME_STRETCH = 0.02  # of both, by which their ends may differ
 
@@ -50,7 +50,7 @@ class Curve:
 
 
 def curves_of(figure: dict[str, Any], fewest: int = FEWEST_POINTS) -> list[Curve]:
-    """Return the lines of a figure that have enough points as curves; of very many lines, those with most points."""
+    """Return the lines of a figure with ``fewest`` points or more as curves; of very many, those with most points."""
     curves = [
         Curve(axis, line["x"], line["y"], frozenset([(row, place)]))
         for row, axis in enumerate(figure["axes"])
@@ -66,7 +66,7 @@ class Trace:
     Parameters
     ----------
     time, values : (n,) samples, time (s) rising
-    n : number of samples of the whole recording, of which these may be some
+    n : number of samples of the whole recording, of which these may be some; None if these are all
     smooth : whether the channel has no jumps, so that a spline interpolates between its samples
 
     Attributes
@@ -74,7 +74,7 @@ class Trace:
     step : of the grid, s
     sample_count : number of samples that were given
     duration : of the recording, s
-    swing : from the lowest value to the highest
+    swing : from the lowest value to the highest, in the channel's unit
     """
 
     def __init__(self, time: Vector, values: Vector, n: int | None = None, smooth: bool = True) -> None:
@@ -88,12 +88,24 @@ class Trace:
         self.step = self.duration / (self.time.size - 1)
 
     def is_covered(self, x: Vector, shift: float) -> NDArray[np.bool_]:
-        """Return which times of a curve are within the recording, if its time is counted from ``shift`` (s)."""
+        """Return which of the times ``x`` lie in the recording if ``shift`` is added to them (both in s)."""
         time = x + shift
         return (time >= -self.step) & (time <= self.duration + self.step)
 
-    def misfit(self, x: Vector, y: Vector, shift: float = 0.0) -> float:
-        """Return the relative RMS difference of a curve (s, the channel's unit); inf if too few points are within."""
+    def shape_misfit(self, x: Vector, y: Vector, shift: float = 0.0) -> float:
+        """Return how much the shape of a curve differs from the channel, by :func:`.checks.misfit`.
+
+        Parameters
+        ----------
+        x : (n,) times of the curve, s
+        y : (n,) values of the curve, in the channel's unit
+        shift : added to the times, s
+
+        Returns
+        -------
+        float
+            inf if fewer than :data:`FEWEST_POINTS` points lie in the recording, or the channel is flat there
+        """
         within = self.is_covered(x, shift)
         if within.sum() < FEWEST_POINTS:
             return math.inf
@@ -101,17 +113,20 @@ class Trace:
             return misfit(y[within], self._value_at(x[within] + shift))
 
     def is_near(self, x: Vector, y: Vector, rtol: float) -> bool:
-        """Return whether a piece of a curve is on the channel; its RMS difference is relative to the whole channel."""
+        """Return whether a piece of a curve is on the channel: all of it in the recording, at the channel's values.
+
+        Its RMS difference must not be larger than ``rtol`` of the standard deviation of the whole channel.
+        """
         difference = y - self._value_at(x)
         return bool(self.is_covered(x, 0.0).all() and np.mean(difference**2) <= rtol**2 * self.values.var())
 
     def shown_length_and_swing(self, x: Vector, shift: float) -> tuple[float, float]:
-        """Return the time (s) of the recording that a curve covers, and the share of the channel's swing in it."""
+        """Return how long a curve is in the recording (s), and which share of the channel's swing it shows."""
         seen = x[self.is_covered(x, shift)]
         return float(np.ptp(seen)), float(np.ptp(self._value_at(seen + shift))) / self.swing
 
     def best_shift(self, x: Vector, y: Vector) -> float | None:
-        """Return the shift (s) at which a curve follows the channel best; None if it is longer than the recording.
+        """Return the shift (s) at which a curve fits the channel best; None if it is longer than the recording.
 
         For shifts by whole samples, the misfit is computed for all at once, as a correlation: the points of the curve,
         rounded to the grid, are a comb over which values, their squares and their products with y are summed.
@@ -133,11 +148,11 @@ class Trace:
         np.divide((y - y.mean()) @ (y - y.mean()) - 2 * products + spread, spread, out=ratio, where=swinging)
         best = float(np.argmin(np.where(np.isnan(ratio), math.inf, ratio)) * self.step - x.min())
         shifts: list[float] = [best + part * self.step for part in _REFINEMENT.tolist()]
-        return min(shifts, key=lambda shift: self.misfit(x, y, shift))
+        return min(shifts, key=lambda shift: self.shape_misfit(x, y, shift))
 
     @cached_property
     def _spectra(self) -> tuple[int, NDArray[np.complex128], NDArray[np.complex128]]:
-        """Return a length with room for a correlation, and the transforms of the values and of their squares."""
+        """A length with room for a correlation; FFTs of that length, of values less their mean, and their squares."""
         size = 2 ** (2 * self.values.size - 1).bit_length()
         swinging = self.values - self.values.mean()
         return size, np.fft.rfft(swinging, size), np.fft.rfft(swinging**2, size)
@@ -157,7 +172,7 @@ class Reading:
     Attributes
     ----------
     unit : the unit
-    fault : what is wrong with the label if the axis is in this unit; "" if the label names it
+    fault : what is wrong with the label if the axis is in this unit, as text; "" if the label names the unit
     says_another : whether the label names another unit
     """
 
@@ -174,7 +189,7 @@ class Wanted:
     ----------
     trace : the channel
     quantity : of the channel; its units are those in which it may be drawn
-    rtol : largest RMS difference, relative
+    rtol : largest misfit in shape (:func:`.checks.misfit`)
     shortest : shortest time over which the curve should follow, s
     """
 
@@ -192,7 +207,7 @@ class Match:
     ----------
     curve : the curve
     shift : time in the recording at which the curve's time is zero, s
-    misfit : RMS difference, relative
+    misfit : misfit in shape (:func:`.checks.misfit`)
     faults : of its labels, as text; with them it earns half of the points
     lacking : why it earns nothing, as text; "" if it earns something
     """
@@ -205,17 +220,26 @@ class Match:
 
     @property
     def share(self) -> float:
-        """Return the share of the points that it earns."""
+        """The share (0 to 1) of the points that it earns."""
         return 0.0 if self.lacking else HALF if self.faults else 1.0
 
 
-def best_match(seen: Iterable[Match]) -> Match | None:
-    """Return the match that earns most; of equal ones, the one with the fewest faults and the least misfit; or None."""
-    return min(seen, key=lambda curve: (-curve.share, len(curve.faults), curve.misfit), default=None)
+def best_match(matches: Iterable[Match]) -> Match | None:
+    """Return the match that earns most, and of equal ones that with fewest faults, then least misfit; or None."""
+    return min(matches, key=lambda match: (-match.share, len(match.faults), match.misfit), default=None)
 
 
 def own_trace(case: Case, where: tuple[str, str], channel: str, largest: float, smooth: bool = True) -> Trace | None:
-    """Return a channel of the student's own recording, from its stored samples; None without a usable one."""
+    """Return a channel of the student's own recording, from its stored samples; None without a usable one.
+
+    Parameters
+    ----------
+    case : with the student's own answers
+    where : (question, part) of the recording
+    channel : name of the channel
+    largest : in the channel's SI unit; a recording with larger values is not usable
+    smooth : as for :class:`Trace`
+    """
     try:
         recording = case.own(*where)
         values = recording["channels"][channel]["values"]
@@ -229,7 +253,7 @@ def own_trace(case: Case, where: tuple[str, str], channel: str, largest: float, 
 
 
 def readings(label: str, quantity: Quantity, which: str) -> tuple[Reading, ...]:
-    """Return the units that an axis may be in: those that its label names, then the usual ones, with a fault.
+    """Return the units that an axis may be in: those that its label names, then other usual ones, each with a fault.
 
     Parameters
     ----------
@@ -252,14 +276,14 @@ def readings(label: str, quantity: Quantity, which: str) -> tuple[Reading, ...]:
 def find_matches(
     figure: dict[str, Any], wanted: Wanted, search: bool = True, origins: Sequence[tuple[Curve, float]] = ()
 ) -> list[Match]:
-    """Find the curves of a figure that follow, whole or in pieces.
+    """Find the curves of a figure that follow a channel, whole or in pieces.
 
     Parameters
     ----------
     figure : a decoded figure
-    wanted : the channel
-    search : whether to look for curves with any shift in time
-    origins : curves and their shifts, if known: a curve over the same stretch of the axis has the same shift
+    wanted : the channel, and how closely
+    search : whether to look for curves with any shift in time; if not, the shift is 0
+    origins : curves with known shifts (s): another curve over the same stretch of the axis has the same shift
 
     Returns
     -------
@@ -277,7 +301,10 @@ def find_matches(
 
 
 def _match_curve(curve: Curve, wanted: Wanted, search: bool, origins: Sequence[tuple[Curve, float]]) -> Match | None:
-    """Return the best match of a curve, its axes read in each unit that they may be in; None if it never follows."""
+    """Return the best match of a curve over all units that its axes may be in; None if it follows in none of them.
+
+    Parameters as for :func:`find_matches`.
+    """
     known = [shift for other, shift in origins if _same_stretch(curve, other)]
     result = []
     for x, y, faults in _possible_readings(curve, wanted):
@@ -311,31 +338,34 @@ def _possible_readings(curve: Curve, wanted: Wanted) -> Iterator[tuple[Vector, V
 
 
 def _match_at_shifts(curve: Curve, wanted: Wanted, shifts: Sequence[float], search: bool) -> Match | None:
-    """Return the match of a curve in SI units, even upside down; None if it does not follow.
+    """Return the match of a curve; None if it does not follow. If it follows upside down, its match earns nothing.
 
     Parameters
     ----------
     curve : in SI units
     wanted : what it should follow
-    shifts : to try
-    search : whether to look for another shift if none of these fits
+    shifts : to try, s
+    search : whether to look for another shift if none of these fits and the curve is long enough
     """
     trace, x, y = wanted.trace, curve.x, curve.y
-    tried = [(trace.misfit(x, y, shift), shift) for shift in shifts]
+    tried = [(trace.shape_misfit(x, y, shift), shift) for shift in shifts]
     if search and min(tried)[0] > wanted.rtol and np.ptp(x) >= ENOUGH_TIME * wanted.shortest:
         shift = trace.best_shift(x, y)
-        tried += [] if shift is None else [(trace.misfit(x, y, shift), shift)]
+        tried += [] if shift is None else [(trace.shape_misfit(x, y, shift), shift)]
     misfit, shift = min(tried)
     if misfit <= wanted.rtol:
         return Match(curve, shift, misfit, lacking=_lack(trace.shown_length_and_swing(x, shift), wanted))
-    misfit, shift = min((trace.misfit(x, -y, shift), shift) for shift in shifts)
+    misfit, shift = min((trace.shape_misfit(x, -y, shift), shift) for shift in shifts)
     if misfit <= wanted.rtol:
         return Match(curve, shift, misfit, lacking="a curve follows it upside down: look at its sign")
     return None
 
 
 def _lack(shown: tuple[float, float], wanted: Wanted) -> str:
-    """Return what a match lacks, from the time (s) and the share of the swing that it shows; "" if it is enough."""
+    """Return why a curve that follows earns nothing, as text; "" if it earns something.
+
+    ``shown`` is from :meth:`Trace.shown_length_and_swing`.
+    """
     time, swing = shown
     if time < ENOUGH_TIME * wanted.shortest:
         return "a curve follows it, but over too short a time"
@@ -345,7 +375,7 @@ def _lack(shown: tuple[float, float], wanted: Wanted) -> str:
 
 
 def _match_pieces(pieces: list[Curve], wanted: Wanted) -> Match | None:
-    """Join the pieces on one diagram that are on the channel, to one curve; return its match, None if there is none.
+    """Join those pieces of one diagram that are on the channel to one curve; return its match, or None if it has none.
 
     All pieces have to be read in the same way: with the same faults of the labels.
     """
@@ -366,6 +396,6 @@ def _match_pieces(pieces: list[Curve], wanted: Wanted) -> Match | None:
 
 
 def _same_stretch(curve: Curve, other: Curve) -> bool:
-    """Return whether two curves begin and end at about the same places of their axes."""
+    """Return whether two curves begin and end at about the same places of their horizontal axes."""
     ends = np.array([[each.x.min(), each.x.max()] for each in (curve, other)])
     return bool(np.abs(ends[0] - ends[1]).max() <= _SAME_STRETCH * np.ptp(ends))

@@ -25,7 +25,7 @@ class TooSlow(ArithmeticError):
 
 @contextlib.contextmanager
 def time_limited(seconds: float) -> Iterator[None]:
-    """Limit the time of a ``with`` block: raise :class:`TooSlow` in it after so many seconds.
+    """Limit the time of a ``with`` block: raise :class:`TooSlow` in it after so many seconds, and again if it goes on.
 
     It works only in the main thread of a program on Linux or macOS, where answers are marked
     (:mod:`labcourse.grading.marking.marking_processes`); elsewhere there is no limit.
@@ -62,11 +62,11 @@ class Claims:
     Attributes
     ----------
     student : ID of who answered, as the file claims
-    bench : what the file claims of the bench
+    bench : what the file claims of the bench on which it was made, as plain data
     values : (question, part) → value, see :func:`labcourse.answers.forms.decode`
     contents : (question, part) → the plain data that it was read from
     malformed : (question, part) → why the data is not an answer to it
-    problems, notes : what the instructor should read, and what they may want to read
+    problems, notes : what the instructor should read, and what they may read
     """
 
     student: str = ""
@@ -79,12 +79,13 @@ class Claims:
 
 
 def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
-    """Read the bytes of an ``answers.json``; None is a file that is not there.
+    """Read the bytes of an ``answers.json``.
 
     Parameters
     ----------
-    data : as the run left them
-    probe_seed : from which the inputs of functions were to be drawn
+    data : as the run left them; None if it left no file
+    probe_seed : from which the inputs of functions were to be drawn; with another seed in the file, its functions are
+        malformed
     catalogue : of what can be answered
 
     Returns
@@ -117,7 +118,7 @@ def decode(data: bytes | None, probe_seed: int, catalogue: Catalogue) -> Claims:
 
 
 def _find_part(catalogue: Catalogue, number: str, name: str) -> Part | None:
-    """Return a part of a question; None if there is none of that name.
+    """Return the part of a question by number and name; None if there is none.
 
     ``Catalogue.find`` would look for similar names: too slow for thousands of hostile ones.
     """
@@ -126,7 +127,7 @@ def _find_part(catalogue: Catalogue, number: str, name: str) -> Part | None:
 
 
 def _add_answer(claims: Claims, catalogue: Catalogue, number: str, name: str, answer: dict[str, Any]) -> None:
-    """Decode one answer and add it to the claims: as a value, as malformed, or only as a note if it answers nothing."""
+    """Decode one answer, and add it to the claims: as a value, as malformed, or as a note if there is no such part."""
     part = _find_part(catalogue, number, name)
     if part is None:
         claims.notes.append(Problem.of(Code.ANSWER_TO_NOTHING, number=number[:_SHOWN], name=name[:_SHOWN]))
@@ -142,7 +143,7 @@ def _add_answer(claims: Claims, catalogue: Catalogue, number: str, name: str, an
 
 
 def add_words(claims: Claims, written: Mapping[Where, TextAnswer], catalogue: Catalogue) -> None:
-    """Add the texts of the saved notebooks to the claims of a run; they replace what the run recorded.
+    """Add the texts of the saved notebooks to the claims of a run, in place of what the run recorded for these parts.
 
     Parameters
     ----------
@@ -164,8 +165,8 @@ def with_reports(
     """Return claims that also have each report as a whole: its texts under their headings, if any is written.
 
     So a person who judges the report sees all of it, and their mark lapses when one of its texts changes. A PDF that
-    was handed in is part of the report, by its digest. If students wrote the PDF themselves, it may have a text that
-    the notebook lacks: then the PDF is claimed as the answer, for a person to look at.
+    was handed in is named in the report, with its digest. If students wrote the PDF themselves, it may have a text that
+    the notebook lacks: then the PDF is claimed as the answer to that part, for a person to look at.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ _NO_VALUE = (ArithmeticError, TypeError, ValueError)
 
 
 def random_points(symbols: tuple[str, ...], seed: int) -> list[dict[str, float]]:
-    """Draw random points: values for symbols, from a half to two; the same for the same seed."""
+    """Draw a few random points: symbol → value, from a half to two; the same points for the same seed."""
     draw = np.random.default_rng(seed)
     return [dict(zip(symbols, draw.uniform(0.5, 2.0, len(symbols)).tolist(), strict=True)) for _ in range(_POINTS)]
 
@@ -53,7 +53,7 @@ def _tolerance(expression: Any) -> float:
 
 
 def _equals_rule(expression: Any, rule: Rule, points: list[dict[str, float]]) -> bool:
-    """Return whether an expression equals a rule at all points, within the tolerance."""
+    """Return whether an expression equals a rule at all points, within the tolerance; not if one has no value there."""
     tolerance = _tolerance(expression)
     try:
         pairs = [(at(expression, point), rule(point)) for point in points]
@@ -68,10 +68,11 @@ class ExpressionIs:
 
     Parameters
     ----------
-    expected : the quantity at a point
-    follow : the same from the student's own answers; raises LookupError where there are none
+    expected : function of a point (symbol → value) that returns the quantity there
+    follow : function of the student's own answers and a point that returns the quantity from these answers; raises
+        LookupError where there are none
     follow_what : name of that for messages, as "your own energy"
-    slips : common mistakes: what was done → the quantity that it leads to
+    slips : common mistakes: what was done → function of a point, for the quantity that it leads to
     """
 
     expected: Rule
@@ -86,7 +87,7 @@ class ExpressionIs:
         points = random_points(self._symbols(part), case.probe_seed)
         if any(self._follows(value, rule, points) for rule in self._right_rules()):
             return verdicts.right(f"{self._equals.capitalize()} what the derivation gives.")
-        own, why = self._own_rule(case.own, points[0])
+        own, why = self._rule_from_own_answers(case.own, points[0])
         if own is not None and self._follows(value, own, points):
             return verdicts.follow_through(f"Not what the derivation gives, but it agrees with {self.follow_what}.")
         for slip, rule in (self.slips or {}).items():
@@ -98,17 +99,22 @@ class ExpressionIs:
         return part.symbols
 
     def _right_rules(self) -> tuple[Rule, ...]:
-        """Return the rules that are right."""
+        """Return the rules of which an answer has to agree with one to be right."""
         return (self.expected,)
 
     def _follows(self, value: Any, rule: Rule, points: list[dict[str, float]]) -> bool:
         """Return whether an answer agrees with a rule at all points."""
         return _equals_rule(value, rule, points)
 
-    def _own_rule(self, own: OwnAnswers, point: SymbolValues) -> tuple[Rule | None, str]:
-        """Return the rule that follows from the student's own answers, which is tried at a point, and "".
+    def _rule_from_own_answers(self, own: OwnAnswers, point: SymbolValues) -> tuple[Rule | None, str]:
+        """Build the rule that the student's own earlier answers give, and try it once, at ``point``.
 
-        If none follows, return None and the reason, with a space before it; "" if the reason is not known.
+        Returns
+        -------
+        Rule or None
+            None if no rule follows from these answers.
+        str
+            Why no rule follows, with a space before it; "" if one does, or if the reason is not known.
         """
         if self.follow is None:
             return None, ""
@@ -121,13 +127,13 @@ class ExpressionIs:
         return partial(self.follow, own), ""
 
     def _wrong_verdict(self, value: Any, points: list[dict[str, float]], why: str) -> Verdict:
-        """Return the verdict on an answer that agrees with nothing; ``why`` says why nothing follows."""
+        """Return the verdict on an answer that agrees with no rule; ``why`` is from :meth:`_rule_from_own_answers`."""
         return verdicts.wrong(f"Not {self._equals} what the derivation gives.{why}")
 
 
 @dataclass(frozen=True, kw_only=True)
 class EquationIs(ExpressionIs):
-    """An equation equivalent to the expected one: the two differ by a factor, such as a mass, but not by a motion.
+    """An equation equivalent to the expected one: the two differ by a factor that may hold parameters, but no motion.
 
     Parameters
     ----------
@@ -146,7 +152,7 @@ class EquationIs(ExpressionIs):
         return (self.expected, *self.others)
 
     def _follows(self, value: Any, rule: Rule, points: list[dict[str, float]]) -> bool:
-        """Return whether an equation is a rule times a factor that the parameters may be in, but not the motion."""
+        """Return whether left side less right side of an equation is a rule times a factor without the motion."""
         residual = value.lhs - value.rhs
         tolerance = _tolerance(residual)
         # The parameters stay, and the motion moves: then the factor is the same at all of these points.
@@ -171,7 +177,7 @@ class SymbolicMatrixIs(ExpressionIs):
 
     Parameters
     ----------
-    expected : the matrix at a point
+    expected : function of a point that returns the matrix there
     own_symbols : symbols in the student's own answers, besides those of the matrix
     follow, follow_what, slips : as for :class:`ExpressionIs`
     """
@@ -187,7 +193,10 @@ class SymbolicMatrixIs(ExpressionIs):
         return bool(len(self._right_rows(value, rule, points)) == value.rows)
 
     def _wrong_verdict(self, value: Any, points: list[dict[str, float]], why: str) -> Verdict:
-        """Return a share of the points if most rows are right; the reason names the rows that are not."""
+        """Return the verdict on a matrix that agrees with no rule: a share of the points if most of its rows are right.
+
+        The reason names the rows that are not.
+        """
         right_rows = self._right_rows(value, self.expected, points)
         bad = [str(row + 1) for row in range(value.rows) if row not in right_rows]
         share = 1 - len(bad) / value.rows
@@ -195,7 +204,7 @@ class SymbolicMatrixIs(ExpressionIs):
         return verdicts.partly(share, reason) if share >= _LEAST_SHARE else verdicts.wrong(reason)
 
     def _right_rows(self, value: Any, rule: Rule, points: list[dict[str, float]]) -> list[int]:
-        """Return the rows of which each entry agrees with a rule."""
+        """Return the indices of the rows of an answer in which each entry agrees with a rule."""
 
         def entry(i: int, j: int) -> Rule:
             """Return the rule of one entry of the matrix."""

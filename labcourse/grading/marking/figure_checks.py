@@ -20,7 +20,7 @@ from labcourse.grading.verdicts import Case, Verdict
 _SHORTEST = 0.5  # of the recording, over which a curve should follow
 _PADDING = 64  # factor of the length before the FFT: then it can be interpolated linearly
 _FEWEST_POINTS = 10  # of a curve of a spectrum, which may show its peak alone
-_LEAST_DECIBELS = 20.0  # swing of a curve in dB whose label does not say so: one with less is not in dB
+_LEAST_DECIBELS = 20.0  # swing of a curve in dB with a label that does not say so: one with less is not in dB
 _VARIES = 0.5  # least swing of the shown piece of a spectrum, relative to its height: a flat piece fits anything
 
 
@@ -45,9 +45,9 @@ class _FigureOfChannel:
         raise NotImplementedError
 
     def _traces(self, case: Case) -> Iterator[tuple[Trace, Callable[[str], Verdict], str]]:
-        """Yield what may be shown: the bench's channel, then that of the student's own recording, if it is usable.
+        """Yield the channels that a figure may show: the bench's, then that of the student's own recording, if usable.
 
-        Each comes with the verdict for a curve that shows it, and a note to add to the reason.
+        Each comes with the function that makes the verdict on a curve that shows it, and a note to add to the reason.
         """
         expected = self.recording(case.bench)
         values = expected.channels[self.channel].values
@@ -68,7 +68,7 @@ class FigureFollows(_FigureOfChannel):
     own : (question, part) of the student's own recording, which may be plotted as well
     channel : name of the channel
     quantity : of the channel (:mod:`labcourse.grading.marking.units`); it may be drawn in any of its units
-    rtol : largest RMS difference, relative
+    rtol : largest misfit in shape (:func:`.checks.misfit`)
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
 
@@ -76,7 +76,7 @@ class FigureFollows(_FigureOfChannel):
     rtol: float = 0.1
 
     def _judge(self, figure: dict[str, Any], case: Case) -> Verdict:
-        """Look for a curve that follows, then check the labels of its axes."""
+        """Look for a curve that follows the channel, then check the labels of its axes."""
         lacking = ""
         for trace, verdict, note in self._traces(case):
             wanted = Wanted(trace, self.quantity, self.rtol, _SHORTEST * trace.duration)
@@ -107,7 +107,7 @@ class FigureOfSpectrum(_FigureOfChannel):
     channel : name of the channel
     band : Hz, in which the peak is sought
     peak_rtol : tolerance of where the peak is, relative
-    rtol : largest RMS difference in shape, relative
+    rtol : largest misfit in shape (:func:`.checks.misfit`), to any scale
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
 
@@ -139,7 +139,10 @@ class FigureOfSpectrum(_FigureOfChannel):
         )
 
     def _readings(self, figure: dict[str, Any], trace: Trace) -> Iterator[tuple[Curve, Reading, bool]]:
-        """Yield the curves that are the spectrum, each with the reading of its frequency axis, and if it is in dB."""
+        """Yield the curves that are the spectrum, each with the unit of its frequency axis, and whether it is in dB.
+
+        A curve comes once for each unit in which it may be read.
+        """
         spectrum = _Spectrum(trace)
         peak = spectrum.peak(self.band)
         if peak is None:
@@ -152,13 +155,13 @@ class FigureOfSpectrum(_FigureOfChannel):
                         yield curve, reading, in_decibels
 
     def _is_spectrum(self, f: Vector, amplitude: Vector, spectrum: _Spectrum, peak: float) -> bool:
-        """Return whether a curve is a spectrum, by its peak or by its shape.
+        """Return whether a curve is the spectrum of a channel, by its peak or by its shape.
 
         Parameters
         ----------
         f, amplitude : (n,) the curve, Hz and any scale
         spectrum : what it should be
-        peak : frequency of its peak, Hz
+        peak : frequency of the spectrum's peak in the band, Hz
         """
         in_band = (f >= self.band[0]) & (f <= self.band[1])
         if np.unique(f[in_band]).size < 3:
@@ -178,7 +181,7 @@ class FigureOfSpectrum(_FigureOfChannel):
 
 
 def _has_peak_near(f: Vector, amplitude: Vector, peak: float, near: float) -> bool:
-    """Return whether a curve is highest within ``near`` (Hz) of a frequency, and falls off to both sides."""
+    """Return whether a curve is highest within ``near`` (Hz) of a frequency (Hz), and lower on both sides."""
     top = np.argmax(amplitude)
     lower = f[amplitude < amplitude[top]]
     return bool(abs(f[top] - peak) <= near and lower.size and lower.min() < f[top] < lower.max())
@@ -206,13 +209,13 @@ class _Spectrum:
         return np.asarray(np.interp(f, self._f, self._amplitude))
 
     def peak(self, band: tuple[float, float]) -> float | None:
-        """Return the frequency of the highest point of a band; None if the samples do not reach it."""
+        """Return the frequency (Hz) of the highest point in a band (Hz); None if the samples do not reach the band."""
         within = (self._f >= band[0]) & (self._f <= band[1])
         return float(self._f[within][np.argmax(self._amplitude[within])]) if within.any() else None
 
 
 def _amplitudes(curve: Curve) -> Iterator[tuple[Vector, bool]]:
-    """Yield the amplitudes that a curve may show, to any scale, and whether they are drawn in dB."""
+    """Yield the amplitudes that a curve may show, to any scale, and whether they are in dB; nothing if none."""
     labelled = "db" in curve.axis["ylabel"].lower()
     if curve.y.min() >= 0 and not labelled:
         yield curve.y, False

@@ -47,16 +47,17 @@ class KeyFault(Exception):
 
 
 def mark(course: Course, claims: Claims, bench: Any, submission: Submission) -> list[Mark]:
-    """Mark every part of every question in the key, in its order.
+    """Mark each part that the release asks for, in the key's order.
 
-    A fault of the key leaves the part unmarked that it concerns, and no other.
+    If a check has a fault, its part gets the status NOT_MARKED, and the fault becomes a problem; the others are marked.
+    A part with a value that the instructor supplied earns nothing.
 
     Parameters
     ----------
     course : with the key
     claims : from :func:`labcourse.grading.marking.decoding.decode`; faults of the key are added to its problems
-    bench : the student's own, as it really is: what ``course.bench`` returns
-    submission : with its run explained
+    bench : the student's own, as it really is: what ``course.true_bench`` returns
+    submission : with what explaining its run fills in: ``missing`` (why answers are missing), ``asked``, ``documents``
     """
     claims = with_reports(claims, course.catalogue, submission.documents)
     case = case_of(course, claims, bench, submission.probe_seed)
@@ -95,7 +96,7 @@ def _is_asked(course: Course, where: Where, asked: Collection[Where] | None) -> 
 
 
 def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
-    """Return what the answers of a submission are judged against.
+    """Return the data by which the answers of a submission are judged.
 
     Parameters as for :func:`mark`; ``probe_seed`` is that from which the inputs of functions were drawn.
     """
@@ -104,7 +105,7 @@ def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case
 
 
 def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
-    """Mark one part: the answer to it, a malformed answer, or none.
+    """Mark one part: an answer by its check, a malformed answer as wrong, and a missing one.
 
     Raises
     ------
@@ -124,14 +125,14 @@ def mark_part(question: Question, part: Part, check: Check, claims: Claims, case
 
 
 def _verdict_on_missing(part: Part, check: Check, case: Case) -> Verdict:
-    """Return the verdict on a missing answer: it may be right if the check finds that there is no answer to give."""
+    """Return the verdict on a missing answer: missing, unless the check gives it points."""
     absent = Verdict(Status.MISSING, 0.0, _ABSENT.get(part.kind, Problem.of(Code.NOT_IN_THE_RUN)))
     verdict = _judge(lambda: check.missing(part, case) or absent) if isinstance(check, JudgesMissing) else absent
     return verdict if verdict.share > 0 else absent
 
 
 def _judge(judge: Callable[[], Verdict]) -> Verdict:
-    """Return a check's verdict within the time limit; leave the answer to a person if calculating with it fails.
+    """Return a check's verdict; leave the answer to a person if calculating with it fails or takes too long.
 
     Raises
     ------
@@ -150,7 +151,7 @@ def _judge(judge: Callable[[], Verdict]) -> Verdict:
 
 
 def _error_and_line(error: Exception) -> str:
-    """Return an error as text, with the file and line of the course that it came from."""
+    """Return an error as text, with file and line of the last code that it passed outside of this folder."""
     marking_folder = Path(__file__).resolve().parent
     frames = traceback.extract_tb(error.__traceback__)
     # The last line that is not of the code that marks is the course's.
@@ -160,7 +161,7 @@ def _error_and_line(error: Exception) -> str:
 
 
 def _as_text(part: Part, claims: Claims, where: tuple[str, str]) -> str:
-    """Return a student's answer to a part as text, for the marks; "" if there is none that can be used."""
+    """Return a student's answer to a part as text, for the marks; "" if it is missing or malformed."""
     if where not in claims.values:
         return ""
     content, value = claims.contents[where], claims.values[where]
@@ -174,7 +175,7 @@ def _as_text(part: Part, claims: Claims, where: tuple[str, str]) -> str:
 
 
 def unmarked(key: Key, claims: Claims) -> list[Problem]:
-    """Return a note for each answered question that the key does not have."""
+    """Return a note for each question that is answered and that the key does not have."""
     numbers = dict.fromkeys(number for number, _part in claims.contents if number not in key)
     return [Problem.of(Code.NOT_IN_KEY, number) for number in numbers]
 
@@ -182,7 +183,7 @@ def unmarked(key: Key, claims: Claims) -> list[Problem]:
 def nothing_earned(
     course: Course, reason: Reason, status: Status, asked: Collection[Where] | None = None
 ) -> tuple[Mark, ...]:
-    """Return marks without points for a submission of which nothing could be read or marked.
+    """Return a mark of 0 points, with this status and reason, for each part that the release asks for.
 
     ``asked`` is all that its release asks for; None if that is all that the course asks for.
     """

@@ -88,7 +88,10 @@ class Marker(contextlib.AbstractContextManager["Marker"]):
         submission.notes += notes
 
     def _marked(self, submission: Submission) -> _Marked:
-        """Return the marks of a submission, and problems and notes about its answers."""
+        """Return the marks of a submission, and problems and notes about its answers; raise as :meth:`mark` does.
+
+        If the pool breaks meanwhile, it is replaced, and the answers are marked once more, in a process of their own.
+        """
         pool = self._pool
         try:
             return _submit(pool, _mark_answers, submission).result(timeout=_TIME_LIMIT)
@@ -141,13 +144,13 @@ def _start(folder: Path) -> None:
 
 
 def _import_libraries() -> None:
-    """Import the libraries that checks import when they are called: there is time while the submission runs."""
+    """Import the libraries that checks would import when they are called: there is time while the submission is run."""
     for name in _LIBRARIES:
         importlib.import_module(name)
 
 
 def _end_with_parent() -> None:
-    """Wait for the end of the program, and end this process: it would wait forever for a program that was killed."""
+    """Wait until the program that started this process ends, then end: else it would wait for ever for work."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -155,7 +158,7 @@ def _end_with_parent() -> None:
 
 
 def _mark_answers(submission: Submission) -> _Marked:
-    """Decode and mark the answers of a submission; return the marks, and problems and notes on both."""
+    """Decode and mark the answers of a submission; return the marks, and problems and notes on decoding and marking."""
     (course,) = _courses
     owner, policy, asked = submission.bench_of, submission.policy, submission.asked
     claims = decoding.decode(submission.answers, submission.probe_seed, course.catalogue)
@@ -176,12 +179,12 @@ def _mark_answers(submission: Submission) -> _Marked:
 
 
 def _as_problem(said: Reason) -> Problem:
-    """Return what a course's bench says in its own words as a problem."""
+    """Return a problem as it is, and a text, in which a course's bench says something, as a problem."""
     return Problem.of(Code.SAID_BY_COURSE, text=said) if isinstance(said, str) else said
 
 
 def _other_bench(course: Course, bench: Any, claims: Claims) -> list[Problem]:
-    """Return a problem if answers claim to come from another bench than the one on which they were run, else none."""
+    """Return one problem if answers claim to come from another bench than the given true one; else an empty list."""
     identity = getattr(bench, "identity", None)
     if not claims.bench or identity is None:
         return []

@@ -21,10 +21,10 @@ class Unit:
 
     Attributes
     ----------
-    name : shown to people; of a unit that a label names, with its prefix or factor
-    size : in SI units
+    name : shown to people; with its prefix or factor if a label names it so
+    size : of one such unit, in the SI unit of its quantity
     symbols, names : ways to write it, in lower case, with spaces between
-    prefixed : whether it takes prefixes
+    prefixed : whether it takes prefixes, as in ms
     """
 
     name: str
@@ -41,7 +41,7 @@ class Quantity:
     Attributes
     ----------
     units : in which it may be drawn
-    usual : units that are tried for a curve whose label names none
+    usual : units that are tried for a curve if the label of its axis names none
     per_time : units that become units of this quantity when divided by a time, as rad in rad/s
     """
 
@@ -51,7 +51,7 @@ class Quantity:
 
     @property
     def example(self) -> str:
-        """Return a symbol and, if there is one, an English word: “deg” or “degrees”."""
+        """A symbol and, if there is one, an English word, for messages: “deg” or “degrees”."""
         return " or ".join(f"“{text}”" for text in (self.usual[0].name, *self.units[0].names.split()[-1:]))
 
 
@@ -116,7 +116,7 @@ def units_in_label(label: str, quantity: Quantity) -> tuple[Unit, ...]:
 def _unit_of_bare_label(text: str, quantity: Quantity) -> Unit | None:
     """Return the unit of a label in which no unit is set apart, for example by brackets; None if it has none.
 
-    It is the whole label, or its last word if that is a unit's full name, or the sign for degrees at its end.
+    The unit is the whole label, or its last word if that is a unit's full name, or a sign for degrees at its end.
     """
     whole, last = text.strip("()[]. "), text.rpartition(" ")[2].strip("().")
     known, full_names = _spellings(quantity.units), _spellings(quantity.units, full=True)

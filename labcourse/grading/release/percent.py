@@ -42,7 +42,9 @@ _SETUP = "import {module}\n\nlab = {module}.start(student)"
 
 
 def outdated(course: Course) -> dict[Path, NotebookNode]:
-    """Make the notebooks that are written as text, and return those that differ from their files. (Outputs may differ.)
+    """Make the notebooks that are written as text, and return those that differ from their files, or have none.
+
+    Outputs are not compared. Nothing is written.
 
     Returns
     -------
@@ -52,7 +54,7 @@ def outdated(course: Course) -> dict[Path, NotebookNode]:
     Raises
     ------
     GradingError
-        If a cell answers what the catalogue does not have.
+        If a cell answers what the catalogue does not have, or is not written as it should be.
     """
     texts = [path for path in sorted(course.folder.glob("[0-9]*.py")) if path.stem not in course.off]
     notebooks = {path.with_suffix(".ipynb"): notebook(path.read_text("utf-8"), path.name, course) for path in texts}
@@ -80,7 +82,7 @@ def write(course: Course) -> None:
 
 
 def _content(notebook: NotebookNode) -> list[Any]:
-    """Return what is compared of a notebook: its cells without their outputs."""
+    """Return what is compared of a notebook: id, type, source and tags of its cells."""
     return [(cell.id, cell.cell_type, cell.source, cell.metadata.get("tags")) for cell in notebook.cells]
 
 
@@ -121,7 +123,7 @@ class _CellMaker:
         self._separate: set[tuple[str, str]] = set()  # (question, part) of the parts that have separate cells
 
     def make(self, written: list[NotebookNode]) -> Iterator[NotebookNode]:
-        """Make the cells, in order. A cell without a name waits for the answer that follows, and is named after it.
+        """Make the cells, in order, from those of the text. A cell without a name is named after the next answer.
 
         Raises
         ------
@@ -158,7 +160,7 @@ class _CellMaker:
             raise GradingError(f"{self._name}, cell {title!r}: {error}") from None
 
     def _answer_cells(self, cell: NotebookNode, question: Question, parts: tuple[Part, ...]) -> Iterator[NotebookNode]:
-        """Make the cell of an answer; and for code, the locked cell after it that records the answer."""
+        """Make the cell of an answer to some parts (none: all others); and after code, the cell that records it."""
         number = re.sub(r"\W+", "-", question.number).lower()
         name = "-".join([f"q{number}" if number[0].isdigit() else number, *(part.name for part in parts)])
         if cell.metadata.title.startswith("words "):
@@ -179,7 +181,10 @@ class _CellMaker:
         yield _locked_cell(f"{name}-answer", f'lab.answer("{question.number}", {arguments})')
 
     def _opening_cells(self) -> Iterator[NotebookNode]:
-        """Make the cells of the parameters and of the setup."""
+        """Make the cells of the parameters and of the setup, with which each notebook begins.
+
+        Raises GradingError if the course names no module to import.
+        """
         if not self._course.imports:
             raise GradingError("course.py should name the module that notebooks begin with, as imports=(...).")
         parameters = {"student": "", **self._course.parameters}
@@ -189,7 +194,7 @@ class _CellMaker:
 
 
 def _course_cell(cell: NotebookNode) -> NotebookNode:
-    """Make a cell of the course's own text or code, or the entries of a report (front); a title becomes its name."""
+    """Make a cell of the course's own text or code, or for a report's entries (front). Its title becomes its id."""
     title, metadata = cell.metadata.get("title", ""), {"tags": cell.metadata.tags} if "tags" in cell.metadata else {}
     kind, _space, report = title.partition(" ")
     name = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or _NO_NAME
@@ -207,7 +212,7 @@ def _course_cell(cell: NotebookNode) -> NotebookNode:
 
 
 def _with_names(cells: list[NotebookNode], name: str) -> Iterator[NotebookNode]:
-    """Name the cells that have no name after ``name``: "title", "q1-1-text", "q1-1-text-2", "q1-1-code"; yield all."""
+    """Yield cells; give those without an id one from ``name``: "title", "q1-1-text", "q1-1-text-2", "q1-1-code"."""
     counted = Counter[str]()
     for cell in cells:
         if cell.id == _NO_NAME:
@@ -221,7 +226,7 @@ def _with_names(cells: list[NotebookNode], name: str) -> Iterator[NotebookNode]:
 
 
 def _locked_cell(name: str, source: str) -> NotebookNode:
-    """Make a code cell that is no answer and that students cannot edit."""
+    """Make a code cell that is no answer and that students cannot edit; ``name`` is its id."""
     return NotebookNode(new_code_cell(source, id=name, metadata=_nbgrader_metadata(name, "code", answer=False)))
 
 

@@ -38,7 +38,7 @@ _UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, NotImplemented
 
 
 def digest(folder: Path, *further: tuple[str, bytes]) -> str:
-    """Return a digest of the files in a folder, and of further ones (name, content), of 8 hexadecimal digits."""
+    """Return a digest, 8 hexadecimal digits, of the files in a folder and of further ones (name, content)."""
     whole = hashlib.sha256()
     contents = ((name, path.read_bytes()) for name, path in sorted(files_in(folder).items()))
     for name, content in chain(contents, further):
@@ -47,7 +47,7 @@ def digest(folder: Path, *further: tuple[str, bytes]) -> str:
 
 
 def files_in(folder: Path) -> dict[str, Path]:
-    """Find all files in a folder and below it: relative path, with "/" → file, in the order of the paths."""
+    """Return all files in a folder and below it: relative path, with "/" → path, in the order of the paths."""
     return {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
@@ -102,7 +102,7 @@ def read_all(course: Course) -> tuple[dict[str, StoredRelease], list[str]]:
     Returns
     -------
     dict
-        Name → release, in the order of the names of their files.
+        Name → release, in the order of their files' names; of two with one name, the first.
     list
         A message about each file that cannot be read.
     """
@@ -118,7 +118,7 @@ def read_all(course: Course) -> tuple[dict[str, StoredRelease], list[str]]:
 
 
 def store(course: Course, archive: Path, name: str) -> Path:
-    """Store the zip of a release that was made just now, and return the stored file.
+    """Store the zip of a new release, unless one with its name is stored already; return the stored file.
 
     Raises
     ------
@@ -165,6 +165,7 @@ def read(archive: Path) -> StoredRelease:
 
 
 def _notebooks_in(entries: Mapping[str, bytes]) -> list[PurePosixPath]:
+    """Return the paths of the notebooks among the files of a release."""
     paths = map(PurePosixPath, sorted(entries))
     return [path for path in paths if path.parent == PurePosixPath(NOTEBOOKS) and path.suffix == ".ipynb"]
 
@@ -205,7 +206,7 @@ def _read_files(archive: Path) -> dict[str, bytes]:
 
 
 def _package_files(content: bytes) -> dict[str, bytes]:
-    """Read the package in a wheel, without the notebooks and data in it: path → content."""
+    """Read the files in a wheel, without its metadata, notebooks and data: path → content."""
     with zipfile.ZipFile(io.BytesIO(content)) as wheel:
         names = {name: PurePosixPath(name).parts for name in wheel.namelist()}
         return {

@@ -89,7 +89,7 @@ def derive_notebooks(course: Course) -> dict[str, str]:
 
 
 def write_notebooks(course: Course) -> list[Path]:
-    """Derive the course's student notebooks anew, and return their paths.
+    """Derive the course's student notebooks anew, write them, and return their paths.
 
     Before that, the course's notebooks that are written as text are made. Points are written into the course's
     notebooks, too. Notebooks that were made or derived earlier are removed if their source is gone.
@@ -161,14 +161,14 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
 
 
 def release(course: Course, out: Path, *, with_data: bool = False, replace: bool = False) -> Release:
-    """Build the student's course as a folder of its name in ``out``, and as a zip.
+    """Build a release as a folder with the course's name in ``out``, and as a zip beside it.
 
     Parameters
     ----------
     course : the course
     out : where to; made if needed
     with_data : hand out the sample recordings, too
-    replace : an earlier release in ``out`` may be deleted
+    replace : whether an earlier release in ``out`` may be deleted
 
     Raises
     ------
@@ -232,7 +232,7 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
     ----------
     course : the course
     folder : of the release; the licences are put into it, too
-    release : its name
+    release : name of the release
     """
     home = folder.joinpath(*course.package.split("."))
     for name in (NOTEBOOKS, DATA):
@@ -253,7 +253,7 @@ def _pack_wheels(course: Course, folder: Path, release: str) -> None:
 
 
 def zip_files(files: Mapping[str, Path]) -> bytes:
-    """Zip files, name in the zip → file; the same names and contents give the same bytes."""
+    """Return a zip of files (name in the zip → path); the same names and contents give the same bytes."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         for name, path in files.items():
@@ -326,7 +326,7 @@ def _installed_distribution(package: str) -> Distribution | None:
 
 
 def _requirements(distribution: Distribution | None) -> tuple[list[str], dict[str, list[str]]]:
-    """Return the requirements of a distribution, and those of its extras for students: extra → requirements."""
+    """Return the requirements of a distribution, and of its extras that students may use: extra → requirements."""
     needed: list[str] = []
     extras: dict[str, list[str]] = {}
     for requirement in (distribution.requires or []) if distribution else []:

@@ -54,12 +54,14 @@ def read(path: Path) -> NotebookNode:
 
 
 def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> NotebookNode:
-    """Return a copy without solutions, instructor's cells, outputs, and what a run leaves in the metadata.
+    """Return the student version of a notebook: without solutions, instructor's cells, outputs, and traces of a run.
+
+    Answers are labelled and have their points; cells are protected against edits and deletion.
 
     Parameters
     ----------
     notebook : the instructor's
-    name : its name, for messages
+    name : file name of the notebook, for messages
     catalogue : of the course, for the points
 
     Raises
@@ -95,7 +97,7 @@ def student_version(notebook: NotebookNode, name: str, catalogue: Catalogue) -> 
 
 
 def is_derived(notebook: NotebookNode) -> bool:
-    """Return whether a notebook is a student version in which nobody has run a cell."""
+    """Return whether a notebook is a student version without any outputs."""
     return all(cell.metadata.get("deletable") is False and not cell.get("outputs") for cell in notebook.cells)
 
 
@@ -137,9 +139,9 @@ def _label_answer(cells: list[NotebookNode], answer: str, questions: str) -> Non
 
     Parameters
     ----------
-    cells : before the answer, as released
+    cells : the released cells before the answer, to which the line is added
     answer : id of the answer cell
-    questions : that it answers
+    questions : numbers of the questions that it answers, as text
     """
     label = words.heading(f"Your answer: {questions} (code, in the next cell)")
     if cells and cells[-1].cell_type == "markdown" and not is_answer(cells[-1]):
@@ -160,12 +162,12 @@ def text(notebook: NotebookNode) -> str:
 
 
 def without_links(text: str, notebooks: Collection[str]) -> str:
-    """Return a notebook's text without links to notebooks (by their names) that are not handed out."""
+    """Return a notebook's text with links to some notebooks, named without ending, replaced by their texts."""
     return _links_to(notebooks).sub(r"\1", text) if notebooks else text
 
 
 def without_lines(content: str, notebooks: Collection[str]) -> str:
-    """Return a notebook's text without the lines in its cells that link to notebooks (by their names)."""
+    """Return a notebook's text without the lines in its cells that link to some notebooks, named without ending."""
     if not notebooks or not (link := _links_to(notebooks)).search(content):
         return content
     notebook = nbformat.reads(content, as_version=nbformat.NO_CONVERT)
@@ -175,7 +177,7 @@ def without_lines(content: str, notebooks: Collection[str]) -> str:
 
 
 def _links_to(notebooks: Collection[str]) -> re.Pattern[str]:
-    """Return the pattern of a link to one of some notebooks; its group is the text of the link."""
+    """Return the pattern of a link to one of some notebooks, named without ending; its group is the link's text."""
     return re.compile(rf"\[([^\[\]]*)\]\((?:{'|'.join(map(re.escape, notebooks))})\.ipynb[^)\s]*\)")
 
 
@@ -185,7 +187,7 @@ def is_answer(cell: Mapping[str, Any]) -> bool:
 
 
 def set_points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> bool:
-    """Write the catalogue's points into a notebook's answer cells; return whether there was anything to change.
+    """Write the catalogue's points into the metadata of a notebook's answer cells; return whether any changed.
 
     Raises
     ------
@@ -201,18 +203,18 @@ def set_points(notebook: NotebookNode, name: str, catalogue: Catalogue) -> bool:
 
 
 def _answered(notebook: NotebookNode, name: str, catalogue: Catalogue) -> dict[str, tuple[float, list[str]]]:
-    """Find what is recorded from each answer cell until the next one.
+    """Find the points and questions of each answer cell: what it records, or cells up to the next code answer.
 
     Parameters
     ----------
     notebook : the instructor's
-    name : its name, for messages
+    name : file name of the notebook, for messages
     catalogue : of the course
 
     Returns
     -------
     dict
-        Id of the cell → points, and numbers of the questions.
+        Id of the answer cell → points, and numbers of the questions.
 
     Raises
     ------

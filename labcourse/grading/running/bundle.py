@@ -90,7 +90,7 @@ class Bundles:
     ----------
     current : the course as it is now
     problems : messages about stored releases that cannot be read
-    names : file names of the notebooks of all these releases, in order
+    names : file names of the notebooks of the course and of its stored releases, in order
 
     Raises
     ------
@@ -122,8 +122,8 @@ class Bundles:
     def choose(self, notebooks: Mapping[str, Iterable[Cell]], course_json: Mapping[str, Any]) -> Chosen:
         """Choose the bundle under which a submission is run and marked.
 
-        It is the release that its ``course.json`` names, unless the notebooks contradict that or there is none: then
-        the release with most of the course's own cells in the notebooks.
+        It is that of the release which its ``course.json`` names. If it names none that is known, or the notebooks
+        contradict it, it is that of the release with most of its own cells in the notebooks.
 
         Parameters
         ----------
@@ -149,7 +149,7 @@ class Bundles:
         return Chosen(self.built(release), tuple(problems), tuple(notes))
 
     def built(self, name: str) -> Bundle:
-        """Return the bundle of a release, by the release's name; it is made once."""
+        """Return the bundle of a release, by the name of the release. Each bundle is made only once."""
         with self._building:
             if name not in self._built:
                 self._built[name] = of_release(self._older[name], self._course)
@@ -157,7 +157,7 @@ class Bundles:
 
 
 def _course_cells(notebooks: Mapping[str, Any]) -> Cells:
-    """Return the cells that the course wrote into its notebooks, and that students leave unchanged."""
+    """Return the cells of notebooks as released that are no answers and not empty; students leave them unchanged."""
     return frozenset(
         (name, source)
         for name, notebook in notebooks.items()
@@ -240,7 +240,7 @@ def _bundle(course: Course, folder: Path, packages: tuple[str, ...], release: st
 
 
 def _place_course_file(folder: Path, course: Course) -> Catalogue:
-    """Copy a release's ``course.json`` into the course's package, as an installed release has it.
+    """Copy the ``course.json`` of a release into the course's package, where an installed release has it.
 
     Returns
     -------
@@ -263,14 +263,17 @@ def _place_course_file(folder: Path, course: Course) -> Catalogue:
 
 
 def _can_be_imported(module: str, folder: Path, packages: tuple[str, ...]) -> bool:
-    """Return whether a module can be imported: an older release may not have all that the course has now."""
+    """Return whether a release has a module; an older one may not have all that the course imports now.
+
+    Modules of other packages, such as libraries, are taken to be there.
+    """
     path = folder.joinpath(*module.split("."))
     is_of_library = module.partition(".")[0] not in packages
     return is_of_library or path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
 
 
 def _pack(packages: Mapping[str, Path]) -> bytes:
-    """Zip packages, name → folder, with one date: the same course gives the same bytes."""
+    """Return a zip of packages, name → folder, with one date for all files: equal packages give equal bytes."""
     files: dict[str, Path] = {}
     for package, folder in packages.items():
         paths = releases.files_in(folder)
@@ -287,6 +290,11 @@ def unpacked(packed: bytes) -> Path:
     """Return a folder with the content of :attr:`Bundle.packed`, compiled, and with matplotlib's list of fonts.
 
     It is made once in a program, and lasts as long as the program.
+
+    Raises
+    ------
+    GradingError
+        If a module in it cannot be compiled.
     """
     with _unpacking:
         return Path(_unpack(packed).name) / "course"
@@ -308,7 +316,7 @@ def _unpack(packed: bytes) -> tempfile.TemporaryDirectory[str]:
 
 
 def _copy_fonts(folder: Path) -> None:
-    """Copy matplotlib's list of fonts: without it, each run would make the list anew, for a second."""
+    """Copy matplotlib's list of fonts into a new folder: without it, each run would take a second to make the list."""
     import matplotlib
     import matplotlib.font_manager  # makes the list where there is none
 

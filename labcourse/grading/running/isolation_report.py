@@ -39,7 +39,7 @@ class IsolationState:
 
     @property
     def good(self) -> bool:
-        """Whether all that is needed holds."""
+        """Whether all needed layers are good, and all needed attempts were contained."""
         return not list(self.failures())
 
     def failures(self) -> Iterator[IsolationError]:
@@ -59,7 +59,7 @@ class IsolationState:
 
 
 def examine() -> IsolationState:
-    """Return the state of the layers, and of attempts to break out, which are made if all needed layers are there."""
+    """Return the state of the layers, and if all needed ones are good, of attempts to break out, made now."""
     isolation = IsolationState(tuple(selftest.layers()), ())
     return IsolationState(isolation.layers, tuple(selftest.attempts())) if isolation.good else isolation
 
@@ -85,7 +85,7 @@ def print_state(isolation: IsolationState) -> None:
     from rich.text import Text
 
     def state(good: bool, needed: bool) -> str:
-        """Return the text in the table's column for the state."""
+        """Return the text in the column of the table that says whether a layer, or an attempt, is as it should be."""
         return "[green]good[/green]" if good else "[red]NO[/red]" if needed else "[yellow]missing (optional)[/yellow]"
 
     console = Console()

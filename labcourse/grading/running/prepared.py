@@ -21,25 +21,25 @@ from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem, Where, as_json
 from labcourse.run import alignment, merge
 from labcourse.run.alignment import Change, Happened, Role
-from labcourse.run.reasons import ClaimedCells
+from labcourse.run.reasons import CellIdsAtHome
 
-_LONGEST_CELL = 64  # characters of a cell's id; as Jupyter allows
+_LONGEST_CELL_ID = 64  # characters; as Jupyter allows
 
 
 def content_digest(content: object) -> str:
-    """Return the SHA-256 digest of plain data and dataclasses; equal content has an equal digest."""
+    """Return the SHA-256 digest (hexadecimal) of plain data and dataclasses; equal content has an equal digest."""
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=repr).encode()).hexdigest()
 
 
 def _file_digests(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Return name → SHA-256 digest of the content."""
+    """Return name → SHA-256 digest of the content, in hexadecimal digits."""
     return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
 
 
 def run_content(submission: Submission) -> list[Any]:
     """Return what a run depends on, as plain data: the owner of the bench, the bundle, the cells and the files.
 
-    A stored run with the same content need not be repeated. Answers in words do not count.
+    A stored run with the same content need not be repeated. Answers in words are no part of it.
     """
     cells = {
         name: [[cell["id"], cell["source"]] for cell in notebook["cells"]]
@@ -49,7 +49,10 @@ def run_content(submission: Submission) -> list[Any]:
 
 
 def submission_digest(submission: Submission, content: list[Any]) -> str:
-    """Return a digest of a whole submission: of what is run (``content``), of what is not, of problems and notes."""
+    """Return a digest of a whole submission: of what is run, of what is not, and of problems and notes.
+
+    ``content`` is from :func:`run_content`.
+    """
     not_run = [list(submission.words.items()), submission.claim, submission.handed_in, _file_digests(submission.pdfs)]
     messages = as_json([submission.problems, submission.notes])
     return content_digest([content, *not_run, messages, submission.waiting])
@@ -63,15 +66,17 @@ def prepare(
     every_cell: bool = False,
     supplied: Sequence[Supplied] = (),
 ) -> None:
-    """Prepare a submission for its run: fill in the notebooks to run, the texts, and what was recorded at home.
+    """Prepare a submission for its run: fill in the notebooks to run, the answers in words, and the cells at home.
+
+    Problems and notes say what is wrong with the notebooks, and which cells of the course are changed.
 
     Parameters
     ----------
     submission : with the files that count
-    bundle : what it is run with
+    bundle : the release that it is run with
     catalogue : of the course
-    every_cell : leave no cell out
-    supplied : values in place of missing ones
+    every_cell : run the cells that only show something, too
+    supplied : values that the instructor gives in place of missing answers
     """
     notebooks = {name: cells for name, cells in submission.notebooks.items() if name in bundle.pristine}
     inserted = supplying.code_to_insert(bundle.pristine, supplied)
@@ -94,7 +99,7 @@ def prepare(
             untouched.append(name.removesuffix(".ipynb"))
     try:
         at_home = submission.answers_at_home
-        submission.claim = None if at_home is None else _read_claim(at_home, catalogue)
+        submission.claim = None if at_home is None else _read_cells_at_home(at_home, catalogue)
     except AnswerError as error:
         submission.notes.append(Problem.of(Code.CLAIM_UNREAD, error=str(error)))
     submission.notes += [Problem.of(Code.VALUE_SUPPLIED, value.name, value=str(value.value)) for value in supplied]
@@ -104,7 +109,7 @@ def prepare(
 
 
 def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Iterator[Problem]:
-    """Yield a note on each id that several answer cells have."""
+    """Yield a note on each answer cell of the course with an id that several cells of the student have."""
     times = Counter(cell.id for cell in cells)
     for name in (str(cell["id"]) for cell in master if alignment.role_of(cell) is Role.ANSWER):
         if times[name] > 1:
@@ -112,7 +117,7 @@ def _repeated(master: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> Ite
 
 
 def _too_long(cells: Sequence[Cell]) -> Iterator[Problem]:
-    """Yield each cell that is too long."""
+    """Yield a problem for each cell of the student that is too long to be read."""
     for place, cell in enumerate(cells, start=1):
         if cell.kind == UNREADABLE:
             yield Problem.of(Code.CELL_TOO_LONG, cell=place, most=MAX_SOURCE)
@@ -139,23 +144,29 @@ def _changed(change: Change) -> Problem:
     return Problem.of(Code.CELL_CHANGED, cell=change.cell, what=change.what.value, role=change.role.value)
 
 
-def _read_claim(data: bytes, catalogue: Catalogue) -> ClaimedCells:
-    """Read from the student's own answers.json which answers were recorded at home, whomever it names.
+def _read_cells_at_home(data: bytes, catalogue: Catalogue) -> CellIdsAtHome:
+    """Read from the student's own answers.json by which cells answers were recorded at home, whatever student it names.
 
     Parameters
     ----------
     data : content of the file
     catalogue : of the course; other questions and parts are left out
 
+    Returns
+    -------
+    Mapping
+        question → part → id of the cell that recorded the answer at home; "" if no cell did. Parts without an answer
+        are left out.
+
     Raises
     ------
     AnswerError
-        If it cannot be read; then it does not count.
+        If the file cannot be read.
     """
     content = answers.parse(data)
     return {
         number: {
-            name: content["cells"].get(number, {}).get(name, "")[:_LONGEST_CELL]
+            name: content["cells"].get(number, {}).get(name, "")[:_LONGEST_CELL_ID]
             for name in question.names
             if name in content["answers"][number]
         }

@@ -52,8 +52,8 @@ class RunLimits:
     cell : time of a cell, s
     submission : wall time of the whole run, s; a whole course takes a minute at most
     memory : bytes; twice what a notebook with all libraries needs
-    processes : at a time; libraries start threads, on many processors
-    folder : bytes that it can write into its folder: recordings and pictures
+    processes : at a time, threads included; libraries start threads, on many processors
+    folder : bytes that it can write, as recordings and pictures
     """
 
     cell: int = 60
@@ -69,7 +69,7 @@ class Job:
 
     Attributes
     ----------
-    student : ID of the student on whose bench it is run
+    student : ID of the student with the bench on which it is run
     notebooks : file name → notebook with the answer cells in it, from :func:`labcourse.run.merge.merged`
     probe_seed : from which the inputs of functions are drawn
     parameters : of the notebooks, besides the student
@@ -94,7 +94,7 @@ class Job:
 
 
 def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ran:
-    """Run a submission. Return what came back, and what went wrong.
+    """Run a submission. Return the files that came back, and what went wrong with the run as a whole.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ra
 
 
 def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
-    """Run the warm runner on a job, in a sandbox if it is to be isolated; return how it ended."""
+    """Run the warm runner on a job, in a sandbox if the job says so; return how it ended and what it left."""
     folder, limits = unpacked(packed), job.limits
     specification = {  # as inside/main.py reads it
         "notebooks": dict(job.notebooks),
@@ -159,12 +159,12 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
 
 
 def is_covered_by_cells(problem: Problem, stops: Iterable[Reason]) -> bool:
-    """Return whether a problem of a whole run says no more than the problems of cells that stopped in it."""
+    """Return whether a problem of a whole run says no more than one of ``stops``, problems of cells that stopped."""
     return any(_SAID_BY.get(problem.code, set()) & codes(stop) for stop in stops)
 
 
 def _problems(outcome: Outcome, limits: RunLimits) -> Iterator[Problem]:
-    """Yield what went wrong with a run as a whole; nothing if all notebooks were run to their end."""
+    """Yield what went wrong with a run as a whole: why it ended early, and which files cannot be read."""
     if outcome.ending is Ending.DEADLINE:
         yield Problem.of(Code.RUN_TIMED_OUT, seconds=limits.submission)
     elif outcome.ending is Ending.OUTPUT:
@@ -203,7 +203,7 @@ class Pool:
 def local(jobs: int) -> Iterator[Pool]:
     """Run submissions on this machine, in the thread of the caller, which waits for its sandbox.
 
-    Functions get an event ``cancelled``, which is set to end them.
+    Each function is also given an event as ``cancelled``. It is set to end what is running.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ def call_on_worker(version: str, function: Callable[..., Any], *arguments: Any) 
     Raises
     ------
     GradingError
-        If it has another version.
+        If the worker has another version.
     """
     if version != labcourse.__version__:
         raise GradingError(f"This worker has version {labcourse.__version__}; install {version}, which grades.")

@@ -48,7 +48,7 @@ class Supplied:
 
     @property
     def source(self) -> str:
-        """Python expression for the value, to be put into a cell."""
+        """Python expression for the value, to be put into a cell; a list becomes an array of numpy's."""
         value = self.value
         return f"__import__('numpy').array({_as_numbers(value)!r})" if isinstance(value, list) else repr(value)
 
@@ -75,7 +75,7 @@ def read(text: str, catalogue: Catalogue) -> Supplied:
 
 
 def of_earlier(runs: Mapping[str, EarlierRun]) -> list[Supplied]:
-    """Return the values that were supplied in an earlier gradebook: ID of a student → their run."""
+    """Return the values that instructors supplied in an earlier gradebook; ``runs`` are ID of a student → their run."""
     given = ((one, name.rpartition("."), value) for one in runs for name, value in runs[one].supplied.items())
     return [Supplied(student, question, part, value) for student, (question, _dot, part), value in given]
 
@@ -117,7 +117,7 @@ def code_to_insert(pristine: Mapping[str, dict[str, Any]], supplied: Iterable[Su
     Raises
     ------
     GradingError
-        If no cell of the course records such a part.
+        If no cell of the course records the part of a value.
     """
     sources: dict[str, dict[str, str]] = {}
     for value in supplied:
@@ -130,7 +130,7 @@ def code_to_insert(pristine: Mapping[str, dict[str, Any]], supplied: Iterable[Su
 
 
 def _parse_value(text: str, part: str, kind: str) -> Any:
-    """Read a value as plain data from what an instructor wrote; raise ValueError if the kind of part cannot have it."""
+    """Read a value as plain data from what an instructor wrote for a part; raise ValueError if it cannot be one."""
     if kind not in _SINGLE + _LISTS:
         raise ValueError(f"{part} is of the kind {kind}; numbers, choices and arrays can be supplied.")
     if kind == "choice":
@@ -143,7 +143,7 @@ def _parse_value(text: str, part: str, kind: str) -> Any:
 
 
 def _check_fits(supplied: Supplied, catalogue: Catalogue) -> Supplied:
-    """Return the value if it fits its part; raise AnswerError, FormError or ValueError if not."""
+    """Return what is supplied if its value fits the part; raise AnswerError, FormError or ValueError if not."""
     part, value = catalogue.find(supplied.question).part(supplied.part), supplied.value
     if value is not None:
         if isinstance(value, list) and part.kind in _SINGLE:
@@ -153,7 +153,7 @@ def _check_fits(supplied: Supplied, catalogue: Catalogue) -> Supplied:
 
 
 def _as_numbers(value: Any) -> Any:
-    """Return a value of plain data with numbers in place of texts such as "-12+16j"; lists may be nested."""
+    """Return plain data with complex numbers in place of texts such as "-12+16j"; lists may be nested."""
     if isinstance(value, list):
         return [_as_numbers(entry) for entry in value]
     return complex(value.replace(" ", "")) if isinstance(value, str) else value
