@@ -141,7 +141,7 @@ def _decide(book: Gradebook, graded: Graded, number: int) -> None:
         book.scores.give(graded.run.student, mark.where, mark.out_of / 2, "tutor", level=2, remark="Say why.")
     if number % 5 == 0 and words:
         book.comment(graded.run.student, "Please look again.", "tutor", *words[0].where, asks=True)
-        book.comment(graded.run.student, "Well done.", "tutor")
+        book.comment(graded.run.student, "Well done.", actor="tutor")
 
 
 def command(*words: object, scratch: Path, ran: int | None = None) -> tuple[float, float]:

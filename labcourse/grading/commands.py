@@ -732,7 +732,7 @@ def mark(
             expected = dataclasses.replace(seen, points=expect)
         elif seen and expect is None and seen.status == Status.BY_A_PERSON:
             expected = dataclasses.replace(seen, status=Status.FOR_A_PERSON)
-        book.set_mark(student, question, part, points, reason, by, expected=expected)
+        book.set_mark(student, question, part, points, reason=reason, actor=by, expected=expected)
     shown = shortened(seen.given if seen else "", _ANSWER_LENGTH)
     say(f"{student}, {question}, {part}: {points:g}, for the answer {shown!r}. {program.name()} report writes it down.")
 
@@ -754,7 +754,7 @@ def excuse(
 
     excused = assignments.find(courses.find(solutions), assignment)
     with _gradebook(marks) as book:
-        book.excuse(student, excused.notebooks, reason, by, excused=not undo)
+        book.excuse(student, excused.notebooks, reason=reason, actor=by, excused=not undo)
     what = "not excused from" if undo else "excused from"
     say(f"{student} is {what} {excused.title}. {program.name()} report writes it down.")
 
@@ -782,7 +782,7 @@ def comment(
             raise GradingError(
                 f"{student!r} has no marks for a question {question!r}: nobody would see a comment on it."
             )
-        book.comment(student, text, by, question, part, ask)
+        book.comment(student, text, actor=by, question=question, part=part, asks=ask)
     say(f"{student}: noted. {program.name()} report writes it down.")
 
 

@@ -128,7 +128,7 @@ def test_regrade_names_what_a_person_gave_and_what_the_key_gives(fake_class):
     fake_class.grade()
     with fake_class.book() as book:
         seen = next(one for one in book.current("ada").marks if one.part == "omega_n")
-        book.set_mark("ada", "2.11", "omega_n", 1.5, "By its way.", "prof", expected=seen)
+        book.set_mark("ada", "2.11", "omega_n", 1.5, reason="By its way.", actor="prof", expected=seen)
         fake_class.key(2.0)
         ada, bob = regrade(book, fake_class.course)
         (left,) = ada.unchanged

@@ -38,7 +38,7 @@ def test_a_fault_of_the_key_costs_its_part_and_no_other(fake_class):
     fake_class.hand_in("ada")
     fake_class.grade()
     with fake_class.book() as book:
-        book.set_mark("ada", "2.11", "explanation", 1.0, "Well put.", actor="prof")
+        book.set_mark("ada", "2.11", "explanation", 1.0, reason="Well put.", actor="prof")
     fake_class.course = loaded(fake_class.folder / "faulty", key=FAULTY)
     fake_class.grade()
     with fake_class.book() as book:
@@ -271,8 +271,12 @@ def stage(tmp_path):
     return take
 
 
+ANSWER = {"nbgrader": {"solution": True}}
 MASTERS = {
-    name: {cell: {"id": cell, "source": f"pass\npass  # {cell}"} for cell in cells} for name, cells in NOTEBOOKS.items()
+    name: {
+        cell: {"id": cell, "cell_type": "code", "source": f"pass\npass  # {cell}", "metadata": ANSWER} for cell in cells
+    }
+    for name, cells in NOTEBOOKS.items()
 }
 
 

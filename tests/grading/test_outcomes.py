@@ -91,7 +91,7 @@ def test_work_that_is_excused_or_not_due_and_not_there_is_no_evidence(tmp_path):
     ]
     with Gradebook(tmp_path / "book.sqlite") as book:
         record(book, marked_class.graded("ada", marks))
-        book.excuse("ada", ["05_control_prelab"], "ill", "lea")
+        book.excuse("ada", ["05_control_prelab"], reason="ill", actor="lea")
         (one,) = outcomes.standings(book, course)
     assert [part.mark.where for part in one.parts] == [("2.12", "J_l"), ("2.1", "V")]
 

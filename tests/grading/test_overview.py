@@ -294,7 +294,7 @@ def test_a_failed_grading_waits_with_all_its_points_and_older_keys_marks_are_nam
 def test_lapsed_marks_and_answers_that_the_key_could_not_compare_are_to_do_once(book):
     unsure = replace(mark("for a person", 0.0, Problem.of(Code.NOT_COMPARED, error="x")), part="omega_n")
     record(book, graded("ada", unsure, prose()), graded("bob", mark(), prose()))
-    book.set_mark("ada", "2.11", "explanation", 1.0, "good", "tia")
+    book.set_mark("ada", "2.11", "explanation", 1.0, reason="good", actor="tia")
     record(book, graded("ada", unsure, prose(given="Another."), submission="next"))
     found = tasks(book)
     by_hand = 'rotflex mark MARKS ada 2.11 {} POINTS --reason "..." --by NAME'
@@ -333,7 +333,7 @@ def test_what_is_marked_is_to_be_given_back_and_what_moved_since_again(book):
     assert Problem.of(Code.TODO_GIVE_BACK, title="Lab 03") not in tasks(book)  # an answer waits
     book.publish("lea", notebooks=[FIRST])
     assert back not in tasks(book)
-    book.set_mark("ada", "2.11", "omega_n", 0.5, "no", "tia")
+    book.set_mark("ada", "2.11", "omega_n", 0.5, reason="no", actor="tia")
     moved = tasks(book)[Problem.of(Code.TODO_MARKS_MOVED, title="Lab 02")]
     assert moved == (("ada",), 1.5, "rotflex publish MARKS --assignment 'Lab 02' --by NAME")
     back = {
@@ -399,7 +399,7 @@ def test_what_is_dropped_is_in_nothing_and_the_page_says_so_once(book, tmp_path)
     for student in "abcdef":
         words = report_text("not marked: key fault") if student == "d" else report_text()
         record(book, graded(student, mark(), prose(), words, problems=(fault,) if student == "d" else ()))
-        book.set_mark(student, "2.11", "explanation", 1.0, "ok", "tia")
+        book.set_mark(student, "2.11", "explanation", 1.0, reason="ok", actor="tia")
     book.scores.ask("f", ("2.16", "comparison"), "tia", remark="What now?")
     before, after = (overview.class_overview(book, course) for course in (term(), dropping("2.16", course=term())))
     for code in (Code.TODO_READ_ANSWERS, Code.TODO_SCORER_ASKS, Code.TODO_MEND_KEY):
@@ -488,15 +488,15 @@ def changed(book):
 def test_marks_that_changed_since_are_listed_with_both_points(book):
     record(book, graded("ada"), graded("bob"))
     assert "Feedback was not given back yet (rotflex publish)." in text(book)
-    book.set_mark("bob", "2.11", "explanation", 1.0, "good", "tia")
+    book.set_mark("bob", "2.11", "explanation", 1.0, reason="good", actor="tia")
     book.publish("lea")
     assert changed(book) == []
-    book.set_mark("ada", "2.11", "explanation", 0.5, "half", "tia")  # was not decided
-    book.set_mark("bob", "2.11", "omega_n", 1.5, "rounding", "tia")
+    book.set_mark("ada", "2.11", "explanation", 0.5, reason="half", actor="tia")  # was not decided
+    book.set_mark("bob", "2.11", "omega_n", 1.5, reason="rounding", actor="tia")
     record(book, graded("eve", mark(), prose()))  # the explanation is not decided yet
     assert changed(book) == [("ada", "explanation"), ("bob", "omega_n"), ("eve", "omega_n")]
     assert "ada 2.11 explanation: not decided → 0.5 of 1 bob 2.11 omega_n: 2 of 2 → 1.5 of 2 eve" in text(book)
-    book.set_mark("bob", "2.11", "omega_n", 2.0, "no, all of it", "tia")  # as it was
+    book.set_mark("bob", "2.11", "omega_n", 2.0, reason="no, all of it", actor="tia")  # as it was
     assert changed(book) == [("ada", "explanation"), ("eve", "omega_n")]
     book.publish("lea", "again")
     assert changed(book) == []
@@ -504,7 +504,7 @@ def test_marks_that_changed_since_are_listed_with_both_points(book):
 
 def test_what_is_not_ready_is_listed_before_it_is_published(book):
     record(book, graded("ada"), graded("bob", mark(), prose(), replace(report_text(), status="missing")))
-    book.comment("ada", "Please.", "lea", "2.11", "omega_n", asks=True)
+    book.comment("ada", "Please.", actor="lea", question="2.11", part="omega_n", asks=True)
 
     def unready(*notebooks, **settings):
         course = replace(OURS, settings=CourseSettings(**settings))
@@ -519,10 +519,10 @@ def test_what_is_not_ready_is_listed_before_it_is_published(book):
     assert unready(feedback=later)[-1].startswith(f"Feedback opens on {later.opens:%Y-%m-%d}")
     waits, left_out, _asks = unready(marks=MarkSettings(drop=("2.16", "2.12")))
     assert "2 answers of 2 students" in waits and left_out.startswith("Left out, as course.toml drops it: 2.16, 2.12.")
-    book.comment("ada", "Yes.", "tia", "2.11", "omega_n")
+    book.comment("ada", "Yes.", actor="tia", question="2.11", part="omega_n")
     for student, part in (("ada", "explanation"), ("bob", "explanation")):
-        book.set_mark(student, "2.11", part, 1.0, "good", "tia")
-    book.set_mark("ada", "2.16", "comparison", 1.0, "good", "tia")
+        book.set_mark(student, "2.11", part, 1.0, reason="good", actor="tia")
+    book.set_mark("ada", "2.16", "comparison", 1.0, reason="good", actor="tia")
     assert unready(feedback=FeedbackSettings(opens=datetime(2020, 1, 1, tzinfo=UTC))) == []
 
 

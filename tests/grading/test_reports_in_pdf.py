@@ -16,7 +16,7 @@ from labcourse.grading import intake
 from labcourse.grading.gradebook import StudentRecord
 from labcourse.grading.graded_run import _marked_again
 from labcourse.grading.reports.feedback import page
-from labcourse.grading.reports.result import Result
+from labcourse.grading.reports.result import result_in
 from labcourse.grading.scoring import cards, server
 from labcourse.grading.scoring.desk import Desk, key_of
 from labcourse.problems import Code, Problem
@@ -135,7 +135,7 @@ def test_a_persons_mark_lapses_with_the_document_and_the_notebooks_are_not_run_a
     made.report("ada", typeset())
     made.marks("ada")
     with made.book() as book:
-        book.set_mark("ada", WHOLE, PART, 1.0, "Neat.", "ann")
+        book.set_mark("ada", WHOLE, PART, 1.0, reason="Neat.", actor="ann")
     assert made.marks("ada")[WHOLE, PART].points == 1
     made.report("ada", blank(2))
     assert made.marks("ada")[WHOLE, PART].status == "for a person"
@@ -163,8 +163,7 @@ def test_the_feedback_names_it(made):
     made.report("ada", typeset())
     made.grade()
     with made.book() as book:
-        graded = book.current("ada")
-    shown = page(Result(graded, StudentRecord("ada")), made.course)
+        shown = page(result_in(book, made.course, book.current("ada"), StudentRecord("ada")), made.course)
     assert f"your own document, {NAME} (PDF, " in shown
     assert f"[PDF: {NAME}]" in shown and report_files.of_data(REPORT, typeset()).digest not in shown
 

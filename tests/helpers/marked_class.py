@@ -44,7 +44,7 @@ def put(book: Gradebook, student: str, found: list[Mark]) -> None:
     waiting = {mark.where: replace(mark, status=Status.FOR_A_PERSON, points=0.0) for mark in by_person}
     record(book, graded(student, [waiting.get(mark.where, mark) for mark in found]))
     for mark in by_person:
-        book.set_mark(student, mark.question, mark.part, mark.points, "So.", "tutor")
+        book.set_mark(student, mark.question, mark.part, mark.points, reason="So.", actor="tutor")
 
 
 def graded(student: str, found: list[Mark]) -> Graded:

@@ -92,5 +92,5 @@ def class_of_four(folder: Path) -> Path:
             graded("s1002", mark("partly right", points=1.2), prose("wrong", 0.0)),
             graded("s1003", mark(), prose()),
         )
-        book.set_mark("s1001", "2.11", "explanation", 0.5, "Half of it.", "anna")
+        book.set_mark("s1001", "2.11", "explanation", 0.5, reason="Half of it.", actor="anna")
     return path

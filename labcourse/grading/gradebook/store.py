@@ -316,7 +316,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
                 run.current = True
             return put_audit(session, Current(student, run, before), actor, reason)
 
-    def remark(self, student: str, new: Sequence[Mark], key_digest: str, actor: str, reason: str) -> int:
+    def remark(self, student: str, new: Sequence[Mark], *, key_digest: str, actor: str, reason: str) -> int:
         """Replace the software's marks of a student's run that counts, and the digest of the key that they are by.
 
         Parameters, returned number and errors as for :meth:`record`; a student without a run is an error, too.
@@ -333,6 +333,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         question: str,
         part: str,
         points: float,
+        *,
         reason: str,
         actor: str,
         expected: Mark | None = None,
@@ -392,7 +393,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
 
     # --- excuses ------------------------------------------------------------------------------------------------------
 
-    def excuse(self, student: str, notebooks: Iterable[str], reason: str, actor: str, excused: bool = True) -> None:
+    def excuse(self, student: str, notebooks: Iterable[str], *, reason: str, actor: str, excused: bool = True) -> None:
         """Excuse a student from notebooks, or take that back.
 
         Parameters
@@ -428,6 +429,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         actor: str,
         question: str | None = None,
         part: str | None = None,
+        *,
         asks: bool = False,
     ) -> None:
         """Store a person's comment for a student, or a student's request to look at an answer again.

@@ -44,7 +44,7 @@ def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_
     with Gradebook(out / "gradebook.sqlite") as book:
         (one,) = book.publications()
         assert (one.actor, one.note) == ("lea", "first half")
-        book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
+        book.set_mark("cleo", "2.12", "K_s", 1.5, reason="rounding", actor="lea")
     again = rotflex("publish", out, "--by", "lea", "--solutions", OURS.folder)
     moved = "Other marks than were given back before; tell cleo: 2.12 K_s"
     assert moved in said(again)
@@ -57,7 +57,7 @@ def test_a_mark_that_is_changed_while_pages_are_written_is_named_the_next_time(o
     def write_and_mark(reports):
         count = write(reports)
         with Gradebook(out / "gradebook.sqlite") as book:
-            book.set_mark("cleo", "2.12", "K_s", 1.5, "rounding", "lea")
+            book.set_mark("cleo", "2.12", "K_s", 1.5, reason="rounding", actor="lea")
         return count
 
     with monkeypatch.context() as changed:

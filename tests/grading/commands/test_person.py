@@ -32,8 +32,8 @@ def filled(tmp_path_factory):
         score(book)
         deliver(book, "fay", {"data/log.csv": f"{WORD}, 1".encode()}, HANDED_IN + timedelta(days=1))
         record(book, graded("fay", mark(), prose(given=f"It is {WORD}."), report_text(), answers=WORD.encode()))
-        book.comment("fay", f"Well, {WORD}.", "tia")
-        book.set_mark("bob", "2.16", "comparison", 1, "Fay Foot has it at fay@uni.", "lea")
+        book.comment("fay", f"Well, {WORD}.", actor="tia")
+        book.set_mark("bob", "2.16", "comparison", 1, reason="Fay Foot has it at fay@uni.", actor="lea")
     at = ("--solutions", OURS.folder)
     for words in (
         ("status", folder),

@@ -44,16 +44,16 @@ def book(book, tmp_path):
     for student in ("ada", ID, "bob"):
         book.scores.give(student, WORDS, 0.5, "tia", level=2, remark=f"Shorter than {SECRETS[1]}.")
     book.scores.give("ada", COMPARED, 1, "tia", remark=f"As {NAME} has it; see {ID.upper()}, {EMAIL} and {OTHER}.")
-    book.set_mark("ada", *COMPARED, 2, f"Not as {NAME.upper()}: Zoe-77123456 is nobody.", "lea")
+    book.set_mark("ada", *COMPARED, 2, reason=f"Not as {NAME.upper()}: Zoe-77123456 is nobody.", actor="lea")
     book.scores.give("ada", COMPARED, 1.5, "tia", remark="Better.")
     book.scores.claim([ID], COMPARED, "tia", 3600)
-    book.comment("bob", f"Work with {NAME}.", "lea")
-    book.comment(ID, SECRETS[2], "lea")
+    book.comment("bob", f"Work with {NAME}.", actor="lea")
+    book.comment(ID, SECRETS[2], actor="lea")
     book.comment(ID, SECRETS[2], "lea", *WORDS, asks=True)
     book.comment("bob", f"{ID} has more points for the same.", "lea", *WORDS, asks=True)
     book.publish("lea", f"without {NAME}")
-    book.excuse(ID, ["02_speed"], f"{NAME} was ill", "lea")
-    book.excuse("bob", ["02_speed"], f"worked with {NAME}", "lea")
+    book.excuse(ID, ["02_speed"], reason=f"{NAME} was ill", actor="lea")
+    book.excuse("bob", ["02_speed"], reason=f"worked with {NAME}", actor="lea")
     return book
 
 
@@ -204,7 +204,7 @@ def test_an_erased_person_comes_again_only_if_that_is_said(book, tmp_path):
 def test_what_others_wrote_themselves_stays_and_is_reported(book):
     book.deliver("bob", [Delivery("notes.txt", "n", f"With {NAME}!".encode(), WHEN)])
     record(book, graded("bob", mark(), prose(given=f"As {NAME} says."), report_text()))
-    book.comment("ada", "Well.", NAME)
+    book.comment("ada", "Well.", actor=NAME)
     done = book.persons.erase(ID, "lea")
     assert set(done.still_named) == {
         "bob, deliveries, notes.txt",

@@ -66,10 +66,10 @@ def test_ids_are_compared_without_regard_to_how_accents_are_composed(book):
     assert [one.student for one in book.students()] == [composed]
     for written in (composed, apart, apart.upper(), f"{apart} "):
         assert book.current(written).run.student == composed.upper()
-        book.comment(written, "Well.", "prof")
+        book.comment(written, "Well.", actor="prof")
         assert len(book.audit(written)) == len(book.audit()) > 0
     assert len(book.comments(apart)) == 4
-    assert book.set_mark(apart, mark().question, mark().part, 1.0, "Read.", "prof") == 1
+    assert book.set_mark(apart, mark().question, mark().part, 1.0, reason="Read.", actor="prof") == 1
 
 
 def test_a_key_belongs_to_one_student(book):
@@ -114,12 +114,12 @@ def test_a_run_that_cannot_be_stored_is_refused_and_nothing_is_stored(book, unfi
 def test_remarking_replaces_marks_of_the_same_answers(book):
     record(book, graded())
     with pytest.raises(GradebookError, match="no student"):
-        book.remark("bob", [mark()], "key 2", "prof", "")
+        book.remark("bob", [mark()], key_digest="key 2", actor="prof", reason="")
     new = [mark(points=1.0, status="partly right"), prose()]
-    assert book.remark("Ada", new, "key 2", "prof", "The key was wrong.") == 1
+    assert book.remark("Ada", new, key_digest="key 2", actor="prof", reason="The key was wrong.") == 1
     assert book.current("ada") == graded("ada", "first", *new, key_digest="key 2")
     assert changes(book)[-1] == ("K_s", ("right", 2.0), ("partly right", 1.0))
-    assert book.remark("ada", new, "key 2", "prof", "Again.") == 0
+    assert book.remark("ada", new, key_digest="key 2", actor="prof", reason="Again.") == 0
 
 
 MONDAY, TUESDAY = (datetime(2026, 3, day, 12, 0, 0, 250000, tzinfo=UTC) for day in (2, 3))
@@ -207,11 +207,11 @@ def test_a_file_that_is_too_large_is_refused_by_name(book, monkeypatch):
 
 def test_a_persons_mark_holds_while_the_answer_is_the_same(book):
     record(book, graded())
-    assert book.set_mark("ADA", "2.12", "why", 2.5, "Nearly.", "prof") == 1
+    assert book.set_mark("ADA", "2.12", "why", 2.5, reason="Nearly.", actor="prof") == 1
     given = prose(points=2.5, status=Status.BY_A_PERSON, reason="Nearly.")
     assert book.current("ada").marks == (mark(), given)
     assert record(book, graded()) == 0
-    assert book.remark("ada", [mark(), prose()], "key 2", "prof", "") == 0
+    assert book.remark("ada", [mark(), prose()], key_digest="key 2", actor="prof", reason="") == 0
     assert record(book, graded("ada", "second")) == 0
     assert book.current("ada").marks == (mark(), given)
     assert changes(book, question="2.12")[1:] == [("why", ("for a person", 0.0), (Status.BY_A_PERSON, 2.5))]
@@ -219,7 +219,7 @@ def test_a_persons_mark_holds_while_the_answer_is_the_same(book):
 
 def test_another_answer_waits_again_and_the_audit_trail_says_so(book):
     record(book, graded())
-    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    book.set_mark("ada", "2.12", "why", 2.5, reason="Nearly.", actor="prof")
     record(book, graded("ada", "second", mark(), prose("It does not.")))
     assert book.current("ada").marks[1] == prose("It does not.")
     assert book.audit()[-1].reason == f"Graded. {store.NO_LONGER}"
@@ -238,19 +238,19 @@ def test_another_answer_waits_again_and_the_audit_trail_says_so(book):
 )
 def test_a_persons_mark_holds_if_only_white_space_or_composition_of_accents_changes(book, first, given):
     record(book, graded("ada", "first", mark(), prose(first)))
-    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    book.set_mark("ada", "2.12", "why", 2.5, reason="Nearly.", actor="prof")
     record(book, graded("ada", "second", mark(), prose(given)))
     kept = book.current("ada").marks[1]
     assert (kept.points, kept.status) == (2.5, Status.BY_A_PERSON)
     assert kept.given == storable.text(given)  # as it was handed in last
     assert book.current("ada").lapsed == ()
-    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof") == 0
+    assert book.set_mark("ada", "2.12", "why", 2.5, reason="Nearly.", actor="prof") == 0
 
 
 def test_a_lapsed_mark_is_returned_with_who_gave_it_and_when(book):
     record(book, graded())
     before = clock.now()
-    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    book.set_mark("ada", "2.12", "why", 2.5, reason="Nearly.", actor="prof")
     after = clock.now()
     record(book, graded("ada", "second", mark(), prose("It does not.")))
     (lapsed,) = book.current("ada").lapsed
@@ -258,20 +258,24 @@ def test_a_lapsed_mark_is_returned_with_who_gave_it_and_when(book):
     assert lapsed.actor == "prof" and before <= lapsed.when <= after
     read, before = book.current("ada"), dump(book)
     assert record(book, read) == 0 and dump(book) == before
-    book.set_mark("ada", "2.12", "why", 1.0, "Hm.", "prof")
+    book.set_mark("ada", "2.12", "why", 1.0, reason="Hm.", actor="prof")
     assert book.current("ada").lapsed == ()
 
 
 def test_a_second_marker_learns_who_was_first_and_changes_nothing(book):
     record(book, graded())
     seen = book.current("ada").marks[1]
-    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 1
+    assert book.set_mark("ada", "2.12", "why", 2.5, reason="Nearly.", actor="anna", expected=seen) == 1
     before = dump(book)
     with pytest.raises(GradebookError, match=r"2\.12, why.*ada.*anna.*Nearly.*--expect 2\.5"):
-        book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=seen)
+        book.set_mark("ada", "2.12", "why", 1.0, reason="No.", actor="ben", expected=seen)
     assert dump(book) == before
-    assert book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "anna", expected=seen) == 0  # the same once more
-    assert book.set_mark("ada", "2.12", "why", 1.0, "No.", "ben", expected=book.current("ada").marks[1]) == 1
+    assert (
+        book.set_mark("ada", "2.12", "why", 2.5, reason="Nearly.", actor="anna", expected=seen) == 0
+    )  # the same once more
+    assert (
+        book.set_mark("ada", "2.12", "why", 1.0, reason="No.", actor="ben", expected=book.current("ada").marks[1]) == 1
+    )
 
 
 def test_one_of_two_markers_at_once_is_refused(url):
@@ -284,7 +288,9 @@ def test_one_of_two_markers_at_once_is_refused(url):
         with Gradebook(url) as own:
             together.wait(30)
             try:
-                return own.set_mark("ada", "2.12", "why", points, "Read.", f"tutor {points}", expected=seen)
+                return own.set_mark(
+                    "ada", "2.12", "why", points, reason="Read.", actor=f"tutor {points}", expected=seen
+                )
             except GradebookError as error:
                 return str(error)
 
@@ -298,8 +304,8 @@ def test_one_of_two_markers_at_once_is_refused(url):
 
 def test_a_persons_mark_lapses_when_the_possible_points_change(book):
     record(book, graded())
-    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
-    book.remark("ada", [mark(), replace(prose(), out_of=1.0)], "key 2", "prof", "Fewer points.")
+    book.set_mark("ada", "2.12", "why", 2.5, reason="Nearly.", actor="prof")
+    book.remark("ada", [mark(), replace(prose(), out_of=1.0)], key_digest="key 2", actor="prof", reason="Fewer points.")
     assert book.current("ada").marks[1].status == "for a person"
 
 
@@ -308,7 +314,7 @@ def test_a_persons_mark_lapses_when_the_possible_points_change(book):
 def test_a_person_cannot_give_impossible_points(book, points):
     record(book, graded())
     with pytest.raises(GradebookError, match="0 to 3"):
-        book.set_mark("ada", "2.12", "why", points, "", "prof")
+        book.set_mark("ada", "2.12", "why", points, reason="", actor="prof")
     assert len(book.audit()) == 2
 
 
@@ -320,16 +326,16 @@ def test_a_mark_needs_a_student_a_run_and_a_part(book, tmp_path):
     record(book, graded())
     for student, part, said in [("eve", "why", "no student 'eve'"), ("bob", "why", "Nothing"), ("ada", "?", "no mark")]:
         with pytest.raises(GradebookError, match=said):
-            book.set_mark(student, "2.12", part, 1, "", "prof")
+            book.set_mark(student, "2.12", part, 1, reason="", actor="prof")
 
 
 def test_recording_marks_that_were_read_earlier_keeps_a_persons_newer_mark(book):
     record(book, graded())
-    book.set_mark("ada", "2.12", "why", 2.5, "Nearly.", "prof")
+    book.set_mark("ada", "2.12", "why", 2.5, reason="Nearly.", actor="prof")
     read, before = book.current("ada"), dump(book)
     assert record(book, read) == 0
     assert dump(book) == before  # with what the software said of it
-    book.set_mark("ada", "2.12", "why", 3.0, "Quite.", "prof")
+    book.set_mark("ada", "2.12", "why", 3.0, reason="Quite.", actor="prof")
     assert record(book, replace(read, marks=(mark(points=1.0), read.marks[1])), "regrade") == 1
     assert [one.points for one in book.current("ada").marks] == [1.0, 3.0]
 
@@ -345,8 +351,8 @@ def test_hostile_text_is_cleaned_for_databases_and_terminals(book):
     run = dict.fromkeys(texts, HOSTILE) | {"notes": (HOSTILE,), "claim": {HOSTILE: [HOSTILE]}, "files": (HOSTILE,)}
     record(book, graded("ada", HOSTILE, mark(HOSTILE, HOSTILE, reason=HOSTILE, given=HOSTILE), **run))
     kept = book.current("ada")
-    book.set_mark("ada", kept.marks[0].question, kept.marks[0].part, 1.0, HOSTILE, HOSTILE)
-    book.comment("ada", HOSTILE, HOSTILE, HOSTILE)
+    book.set_mark("ada", kept.marks[0].question, kept.marks[0].part, 1.0, reason=HOSTILE, actor=HOSTILE)
+    book.comment("ada", HOSTILE, actor=HOSTILE, question=HOSTILE)
     assert kept.run.claim == {CLEANED: [CLEANED]} and kept.run.files == (CLEANED,) and kept.run.release == CLEANED
     assert kept.marks[0].given == kept.run.notes[0] == book.comments("ada")[0].text == CLEANED
     assert book.audit()[-1].reason == book.audit(question=HOSTILE)[-1].actor == CLEANED

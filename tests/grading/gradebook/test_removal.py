@@ -33,7 +33,7 @@ def deliver(book):
     [
         (deliver, ["deliveries"]),
         (lambda book: record(book, graded("ada")), ["runs", "marks", "audit"]),
-        (lambda book: book.comment("ada", "Come and see me.", "tia"), ["comments"]),
+        (lambda book: book.comment("ada", "Come and see me.", actor="tia"), ["comments"]),
     ],
     ids=["handed in", "graded", "comment"],
 )

@@ -41,7 +41,7 @@ def test_answers_are_those_that_a_person_reads_by_student_and_part(book):
 
 
 def test_answers_include_those_for_which_a_person_replaced_the_softwares_mark(class_of_three):
-    class_of_three.set_mark("ada", *NUMBER, 1, "The unit was in the text.", "prof")
+    class_of_three.set_mark("ada", *NUMBER, 1, reason="The unit was in the text.", actor="prof")
     (answer,) = class_of_three.scores.answers([NUMBER])
     assert (answer.student, answer.mark.points, answer.waiting) == ("ada", 1.0, False)
 
@@ -96,13 +96,13 @@ def test_an_answer_on_which_the_instructor_is_asked_waits_until_somebody_decides
     answer = class_of_three.scores.answers([COMPARED])[0]
     assert answer.referred and answer.waiting and answer.mark.status == Status.FOR_A_PERSON
     assert class_of_three.scores.claim(["ada"], COMPARED, "lee", HOUR) is None  # the instructor's, and nobody else's
-    class_of_three.set_mark("ada", *COMPARED, 1, "No.", "prof")
+    class_of_three.set_mark("ada", *COMPARED, 1, reason="No.", actor="prof")
     answer = class_of_three.scores.answers([COMPARED])[0]
     assert not answer.referred and not answer.waiting
 
 
 def test_taking_an_act_back_restores_the_earlier_mark_and_stores_both_acts(class_of_three):
-    class_of_three.set_mark("ada", *COMPARED, 0.5, "By hand.", "prof")
+    class_of_three.set_mark("ada", *COMPARED, 0.5, reason="By hand.", actor="prof")
     first = class_of_three.scores.give("ada", COMPARED, 2, "kim", level=4)
     asked = class_of_three.scores.ask("ada", COMPARED, "kim")
     class_of_three.scores.undo(asked.number, "kim")
@@ -228,15 +228,20 @@ ASKED = [("ada", COMPARED, "Please read the second paragraph.")]
 @pytest.mark.parametrize(
     "act, is_open",
     [
-        (lambda book: book.set_mark("ada", *COMPARED, 1.5, "Read again.", "prof"), False),
+        (lambda book: book.set_mark("ada", *COMPARED, 1.5, reason="Read again.", actor="prof"), False),
         (lambda book: book.scores.give("ada", COMPARED, 1, "kim"), False),
         (lambda book: book.comment("ada", "It stays.", "prof", *COMPARED), False),
-        (lambda book: book.set_mark("bob", *COMPARED, 1.5, "Another student's.", "prof"), True),
-        (lambda book: book.set_mark("ada", *WORDS, 1, "Another part.", "prof"), True),
+        (lambda book: book.set_mark("bob", *COMPARED, 1.5, reason="Another student's.", actor="prof"), True),
+        (lambda book: book.set_mark("ada", *WORDS, 1, reason="Another part.", actor="prof"), True),
         (lambda book: book.comment("bob", "Another student's.", "prof", *COMPARED), True),
-        (lambda book: book.comment("ada", "The whole question.", "prof", COMPARED[0]), True),
+        (lambda book: book.comment("ada", "The whole question.", actor="prof", question=COMPARED[0]), True),
         (lambda book: book.scores.ask("ada", COMPARED, "kim"), True),
-        (lambda book: book.remark("ada", [mark(), report_text("right", 2.0)], "key 2", "prof", "mended"), True),
+        (
+            lambda book: book.remark(
+                "ada", [mark(), report_text("right", 2.0)], key_digest="key 2", actor="prof", reason="mended"
+            ),
+            True,
+        ),
     ],
 )
 def test_a_request_is_open_until_a_person_marks_that_answer_or_comments_on_it(class_of_three, act, is_open):

@@ -115,7 +115,7 @@ BOTH = {AIM: "We shook it.", END: "It is good."}
 )
 def test_a_persons_mark_holds_for_as_long_as_no_text_of_the_report_changes(book, then, stays):
     record(book, run(BOTH))
-    book.set_mark("ada", WHOLE, "organisation", 0.75, "Well ordered.", "anna", expected=judged(book))
+    book.set_mark("ada", WHOLE, "organisation", 0.75, reason="Well ordered.", actor="anna", expected=judged(book))
     record(book, run(then, "second"))
     assert (judged(book).points == 0.75) is stays
     lapsed = [one.mark.where for one in book.current("ada").lapsed]

@@ -94,10 +94,10 @@ def pages(book, tmp_path):
 
 def test_a_mark_that_moved_is_on_the_page_from_when_it_was_first_given_back(book, pages):
     record(book, graded("ada"), graded("bob"))
-    book.set_mark("bob", "2.11", "omega_n", 1.0, "Before it was given back.", "tia")
+    book.set_mark("bob", "2.11", "omega_n", 1.0, reason="Before it was given back.", actor="tia")
     assert "Changed since" not in pages()["bob"]
     book.publish("lea")
-    book.set_mark("ada", "2.11", "omega_n", 1.5, "Two digits are missing.", "tia")
+    book.set_mark("ada", "2.11", "omega_n", 1.5, reason="Two digits are missing.", actor="tia")
     moved = f"2.11, omega_n : 2 of 2 → 1.5 of 2, on {clock.now():%Y-%m-%d}. Two digits are missing."
     assert moved in pages()["ada"] and "Changed since" not in pages()["bob"]
     book.publish("lea")

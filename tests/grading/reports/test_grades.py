@@ -37,7 +37,7 @@ def test_each_row_of_the_class_is_read_once(book, out):
     students = [f"s{number}" for number in range(4)]
     record(book, *map(graded, students))
     for student in students:
-        book.comment(student, "Please look again.", "tia", "2.11", "omega_n", asks=True)
+        book.comment(student, "Please look again.", actor="tia", question="2.11", part="omega_n", asks=True)
     loaded = Counter()
 
     def count(row, _context):
@@ -73,8 +73,8 @@ def test_a_students_folder_bears_the_rosters_spelling(book, out, tmp_path):
 
 def test_marks_as_data_hold_what_people_said(book, out):
     record(book, graded("ada"))
-    book.comment("ada", "Good.", "prof", "2.11")
-    book.set_mark("ada", "2.11", "explanation", 0.5, "Nearly.", "tutor")
+    book.comment("ada", "Good.", actor="prof", question="2.11")
+    book.set_mark("ada", "2.11", "explanation", 0.5, reason="Nearly.", actor="tutor")
     record(book, graded("ada", mark(), prose(given="Otherwise."), report_text(), submission="second"))
     Reports(out, OURS, book).write_all()
     data = json.loads((out / "ada" / "marks.json").read_text(encoding="utf-8"))
@@ -112,7 +112,7 @@ def test_a_disk_that_is_full_is_told_once_and_what_was_there_stays(book, out, mo
     record(book, graded("ada"), graded("bob"))
     Reports(out, OURS, book).write_all()
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    book.comment("ada", "Well.", "prof")
+    book.comment("ada", "Well.", actor="prof")
     reports = Reports(out, OURS, book)
 
     def full(path, data):

@@ -110,8 +110,8 @@ def waiting(book):
 
 
 def test_the_page_of_an_answer_has_all_that_is_known_of_it(ann, book):
-    book.comment("bob", "Good plots.", "lea", "2.11")
-    book.comment("bob", "Elsewhere.", "lea", "2.16")
+    book.comment("bob", "Good plots.", actor="lea", question="2.11")
+    book.comment("bob", "Elsewhere.", actor="lea", question="2.16")
     asks(book, "I say so in my text.")
     page = ann.get(BOB).text
     assert "16.3 rad/s" in page and "it looks like Hz" in page and "0 of 2 points" in page
@@ -156,7 +156,7 @@ def test_what_is_incomplete_is_refused_with_a_reason(ann, book):
 
 def test_of_two_who_decide_the_second_is_told_who_when_and_why_and_writes_nothing(ann, book):
     own = opened(ann)
-    book.set_mark("bob", *NUMBER, 1.5, "The axis says Hz.", "Lea")
+    book.set_mark("bob", *NUMBER, 1.5, reason="The axis says Hz.", actor="Lea")
     sent = {**SENT, "answers": [own], "remark": "Wrong."}
     for act, more in (("decide", {"points": 0}), ("note", {})):
         reply = ann.act(act, {**sent, **more}).json()
@@ -174,7 +174,7 @@ def decided(ann, worth=1):
 
 
 def test_what_was_decided_is_offered_for_the_same_slip_and_given_to_the_ticked_only(ann, book):
-    book.set_mark("s-1", *NUMBER, 0.25, "Decided before.", "Lea")
+    book.set_mark("s-1", *NUMBER, 0.25, reason="Decided before.", actor="Lea")
     record(book, graded("s-3", off(IN_HZ, 14), prose(), report_text()))
     book.scores.ask("s-3", NUMBER, "tia", remark="Is it Hz?")
     bigger = replace(off(IN_HZ, 12), out_of=4.0)  # in an older release it was worth more
@@ -196,12 +196,12 @@ def test_what_was_decided_is_offered_for_the_same_slip_and_given_to_the_ticked_o
 
 def test_nothing_is_given_to_an_answer_that_changed_nor_by_a_decision_that_changed(ann, book):
     own, others = decided(ann)
-    book.set_mark("cleo", *NUMBER, 0.5, "Mine.", "Lea")
+    book.set_mark("cleo", *NUMBER, 0.5, reason="Mine.", actor="Lea")
     reply = ann.act("same", {**SENT, **own, "answers": others}).json()
     assert reply["trouble"] and "Lea gave it 0.5 of 2 points" in reply["message"]
     assert (points(book, "cleo").points, points(book, "s-0").points) == (0.5, 1.0)
     ann.act("back", {**SENT, "key": own["key"]})
-    book.set_mark("bob", *NUMBER, 2, "All of it.", "Lea")
+    book.set_mark("bob", *NUMBER, 2, reason="All of it.", actor="Lea")
     reply = ann.act("same", {**SENT, **own, "answers": others}).json()
     assert reply["trouble"] and "The decision has changed. Lea gave it 2 of 2" in reply["message"]
     assert points(book, "s-0").points == 0.0
@@ -245,7 +245,7 @@ def test_a_students_text_is_text_on_each_page(tmp_path):
         for n, text in enumerate(HOSTILE):
             record(book, graded(f"h{n}", mark("wrong", 0.0, text, text), prose(given=text), report_text()))
             book.comment(f"h{n}", text, text, *NUMBER, asks=True)
-            book.comment(f"h{n}", text, text, "2.11")
+            book.comment(f"h{n}", text, actor=text, question="2.11")
         (ann,) = clients(desk(book, names=True), "Ann")
         for n, text in enumerate(HOSTILE):
             page = ann.get("/" + link(f"h{n}", *NUMBER)).text

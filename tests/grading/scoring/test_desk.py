@@ -125,7 +125,7 @@ def test_a_mark_by_hand_is_the_mark_and_not_the_level_or_the_question_before_it(
     assert state(answer).startswith("Ann asked")
     found = tally([answer])
     assert (found.total, found.done, found.waiting, found.referred) == (1, 0, 0, 1)
-    book.set_mark("student-000", *WORDS, 0.2, "copied", "Prof")
+    book.set_mark("student-000", *WORDS, 0.2, reason="copied", actor="Prof")
     (answer,) = book.scores.answers([WORDS])
     assert answer.decision is None
     assert state(answer).startswith("Prof gave it 0.2 of 1 point at") and state(answer).endswith("UTC: “copied”")

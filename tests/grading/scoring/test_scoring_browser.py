@@ -199,7 +199,7 @@ def slips(tmp_path):
     with Gradebook(tmp_path / GRADEBOOK_FILE) as book:
         for n in range(14):
             record(book, graded(f"s-{n:02}", mark("wrong", 0.0, f"It is {n}.5 off.", f"{n}.5 rad/s"), prose()))
-        book.comment("s-00", "I measured it twice.", "Ann", "2.11", "omega_n", asks=True)
+        book.comment("s-00", "I measured it twice.", actor="Ann", question="2.11", part="omega_n", asks=True)
     return tmp_path
 
 
