@@ -128,11 +128,12 @@ def results_of(folder: Path, student: str) -> list[Path]:
 def still_named_in(folder: Path, about: StudentRecord) -> Iterator[str]:
     """Yield the path of each file in a folder of results that names a person, or that cannot be searched.
 
-    A file names them in its own name or in its content. PDFs, pictures and the gradebook are not searched.
+    A file names them in its own name or in its content. In PDFs and pictures, only the name is looked at; the gradebook
+    is not searched.
     """
     person = Person(about)
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and not path.name.startswith(GRADEBOOK_FILE) and path.suffix.lower() not in _NOT_SEARCHED:
+        if path.is_file() and not path.name.startswith(GRADEBOOK_FILE):
             try:
                 if any(map(person.is_named_in, _contents(path))):
                     yield str(path)
@@ -143,9 +144,11 @@ def still_named_in(folder: Path, about: StudentRecord) -> Iterator[str]:
 def _contents(path: Path) -> Iterator[str | bytes]:
     """Yield the name and the content of a file; of a zip, its name, and name and content of each file in it.
 
-    A spreadsheet is a zip.
+    A spreadsheet is a zip. Of a PDF or a picture, only the name is yielded.
     """
     yield path.name
+    if path.suffix.lower() in _NOT_SEARCHED:
+        return
     if not zipfile.is_zipfile(path):
         yield path.read_bytes()
         return

@@ -128,7 +128,8 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
     decisions = {} if folder is None else intake_table.read(folder / INTAKE_FILE)
     doubts = [doubt for doubt, decision in decisions.items() if not decision]
     of = Class(course, students, answers, requests, publications, changed_in(book, course), doubts)
-    scorers = Counter(act.actor for act in book.scores.acts() if act.undoes is None)
+    acts = [act for act in book.scores.acts() if act.undoes is None]
+    scorers = Counter(act.actor for act in acts if not course.settings.marks.dropped_as(act.question, act.part))
     sections = [
         *(_to_do(of), _the_term(of), _far_below_the_class(of), _messages(of), _not_counted(of)),
         *(_waiting_for_a_person(of, scorers), _asked_of_the_instructor(of), _requests(of)),

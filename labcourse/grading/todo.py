@@ -288,9 +288,10 @@ def cost(of: Class, student: Student, cause: Mishap, problems: Sequence[Problem]
     """Return the points that a cause cost a student, by their marks, or by the files it names; None if unknown."""
     if not (cause.cost or cause.costs_all):
         about = [one for one in problems if "part" in one.parameters]
-        parts = [(one.parameters["question"], one.parameters["part"]) for one in about]
         whole = {one.where for one in problems if one.code in _ABOUT_FILES}
         files = [name for name in student.work if f"{name}.ipynb" in whole]
+        named = [(one.parameters["question"], one.parameters["part"]) for one in about]
+        parts = [where for where in named if of.course.notebook_of(where[0]) not in files]
         return sum(map(of.of_notebook, files), of.at_stake(student, parts)) if files or parts else None
     if (graded := student.graded) is None:
         return None
@@ -359,10 +360,11 @@ def _by_class(of: Class) -> Iterator[Task]:
     for request in of.requests:
         student, (question, part) = of.by_id[caseless(request.student)], request.where
         marks = student.graded.marks if student.graded else ()
-        left = sum(exact(mark.out_of) - exact(mark.points) for mark in marks if mark.where == request.where)
+        mark = next((mark for mark in marks if mark.where == request.where and mark.out_of), None)
+        lost = Fraction(0) if mark is None else 1 - exact(mark.points) / exact(mark.out_of)
         answer = f'comment MARKS {_STUDENT} "TEXT" --question {quote(question)} --part {quote(part)} --by NAME'
         what = Problem.of(Code.TODO_ANSWER_REQUEST, answer=f"{question} {part}")
-        yield Task(what, answer, (student.id,), Fraction(left))
+        yield Task(what, answer, (student.id,), lost * of.worths.get(request.where, Fraction(0)))
     for change in of.changes:
         one = of.assignment_of(change.question)
         title = one.title if one else "what is not asked any more"

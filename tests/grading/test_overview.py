@@ -476,6 +476,29 @@ def test_what_each_scorer_has_read_is_counted_also_if_it_was_taken_back(book):
     book.scores.give("ada", mine, 0.5, "udo", level=2)
     read = table(overview.class_overview(book, OURS), "Scoring")
     assert read == {"tia": {"Answers": "2"}, "udo": {"Answers": "1"}}
+    assert table(overview.class_overview(book, dropping("2.11 explanation")), "Scoring") == {}
+
+
+def test_a_request_is_worth_what_the_answer_can_still_earn_in_its_column(book):
+    record(book, graded("ada", mark("partly right", 0.5)))
+    book.comment("ada", "Why?", actor="lea", question="2.11", part="omega_n", asks=True)
+    labs = [replace(one, out_of=2 * worth(*one.notebooks)) for one in term().settings.assignments]
+    (request,) = [
+        one
+        for one in todo.todo(overview.class_overview(book, term(assignments=tuple(labs))).of)
+        if one.what.code is Code.TODO_ANSWER_REQUEST
+    ]
+    assert request.worth == 2 * 1.5
+
+
+def test_an_answer_in_a_file_that_counts_as_a_whole_is_counted_once(book):
+    deliver(book, "ada", {IN_02: notebook("a = 1")})
+    older = Problem.of(Code.EMPTY_BESIDE_ANSWERED, IN_02, source="ada")
+    (mishap,) = [one for one in todo.CAUSES if Code.EMPTY_BESIDE_ANSWERED in one.codes]
+    record(book, graded("ada", mark(), problems=(older,)))
+    of = overview.class_overview(book, term()).of
+    named = Problem.of(Code.PICTURE_LEFT_OUT, IN_02, picture="a.png", **EXPLANATION)
+    assert todo.cost(of, of.students[0], mishap, [older, named]) == worth(FIRST)
 
 
 # --- feedback that was given back -------------------------------------------------------------------------------------

@@ -122,6 +122,7 @@ def test_files_that_name_them_still_are_shown(out):
     with zipfile.ZipFile(out / "names.zip", "w") as packed:
         packed.writestr("fay.html", "")
     (out / "other.txt").write_text("fayence", encoding="utf-8")
+    (out / "fay.pdf").write_bytes(b"%PDF")
     with zipfile.ZipFile(out / "damaged.ods", "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("a.xml", bytes(1000))
     content = (out / "damaged.ods").read_bytes()
@@ -131,7 +132,7 @@ def test_files_that_name_them_still_are_shown(out):
     done = forget(out, "--yes")
     assert done.exit_code == 1, done.output
     for line in (
-        *(str(out / name) for name in ("sent.csv", "pages.zip", "names.zip")),
+        *(str(out / name) for name in ("sent.csv", "pages.zip", "names.zip", "fay.pdf")),
         f"{out / 'damaged.ods'} (it could not be searched)",
         "bob, deliveries, notes.txt",
     ):
