@@ -874,8 +874,8 @@ def erase(
     named = [] if folder is None else [*erasure.still_named_in(folder, erased.about)]
     say(*_remaining(erased, named))
     unseen = (
-        "PDFs and pictures, what they handed in, course.toml, backups, copies, the platform, e-mails; texts with only a "
-        "first name"
+        "PDFs and pictures, what they handed in, course.toml, backups, copies, the platform, e-mails; texts with only "
+        "a first name"
     )
     say(f"Look yourself where this command cannot: {unseen}{'' if folder else '; the folder of results'}.")
     raise typer.Exit(SOME_TROUBLE if named or erased.still_named else ALL_WELL)

@@ -82,7 +82,8 @@ class Student:
         arrival = max(self.received.values(), default=None, key=lambda arrival: arrival.received)
         if arrival is None:
             return ""
-        return moment(arrival.received) + {"": "?", ON_DISK: " (file)"}.get(arrival.clock or "-", "")
+        mark = {"": "?", ON_DISK: " (file)", None: ""}.get(arrival.clock, "")
+        return f"{moment(arrival.received)}{mark}"
 
     @property
     def handed_in(self) -> bool:

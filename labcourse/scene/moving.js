@@ -12,7 +12,8 @@ function moving(view, pen, panel, box, seen) {
   pen.fillStyle = view.color("--text");
   pen.textAlign = "left";
   pen.textBaseline = "bottom";
-  const read = ({ label, signal, scale, digits, unit: name }) => `${label} ${(signals[signal] * scale).toFixed(digits)}${name}`;
+  const rounded = (value, digits) => (Number(value.toFixed(digits)) || 0).toFixed(digits); // no "-0.0"
+  const read = ({ label, signal, scale, digits, unit: name }) => `${label} ${rounded(signals[signal] * scale, digits)}${name}`;
   pen.fillText(panel.readings.map(read).join("   "), box.left + 6, box.top + 20);
   for (const shape of panel.shapes) {
     SHAPES[shape.kind](view, pen, shape, shape.points.map(place), unit);

@@ -38,9 +38,10 @@ _WHERE = (
     "constant term first) and 3.8 (K from K_c and the inverse of W)."
 )
 _COST = (
-    "Correct it now, or go on: from here on, this notebook uses {what}. What you record and measure with it counts in "
-    "full. You lose points only for the answer that is wrong."
+    "{act} it now, or go on: from here on, this notebook uses {what}. What you record and measure with it counts in "
+    "full. You lose points only for the answer that is {fault}."
 )
+_WRONG = {"act": "Correct", "fault": "wrong"}
 
 
 def runs_away(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> bool:
@@ -101,11 +102,11 @@ def for_model(A: ArrayLike, B: ArrayLike, K: ArrayLike) -> Gain | None:
     if spare is None:
         print("This cell found no gain that works with this model, so the cells below wait for another model.")
     elif np.array_equal(spare, [SPARE_GAIN]):
-        print(_COST.format(what=f"the workbook's printed gain, K = {_listed(spare)}"))
+        print(_COST.format(what=f"the workbook's printed gain, K = {_listed(spare)}", **_WRONG))
     else:
         print(
             "The workbook's printed gain does not work with your model either, so the model itself is not right.",
-            _COST.format(what="another gain, which only makes your model stable"),
+            _COST.format(what="another gain, which only makes your model stable", **_WRONG),
         )
     return spare
 
@@ -122,15 +123,16 @@ def for_bench(bench: Callable[[], Bench], K: ArrayLike | None, feedback: Sequenc
     feedback : with which it is to be run
     """
     spare = np.array([SPARE_GAIN])
-    cost = _COST.format(what=f"the workbook's printed gain, K = {_listed(spare)}")
+    what = f"the workbook's printed gain, K = {_listed(spare)}"
     if K is None:
+        cost = _COST.format(what=what, act="Answer", fault="missing")
         print("There is no gain of yours to run: question 3.8 is not answered.", cost)
         return spare
     own = np.reshape(np.asarray(K, dtype=float), (1, 4))
     why = next(filter(None, (_what_happens(bench, own, way) for way in feedback)), "")
     if not why:
         return own
-    print(f"The bench cannot run with your gain: {why}", _WHERE, cost)
+    print(f"The bench cannot run with your gain: {why}", _WHERE, _COST.format(what=what, **_WRONG))
     return spare
 
 

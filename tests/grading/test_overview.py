@@ -18,7 +18,7 @@ from set_clock import set_clock
 
 from labcourse import clock
 from labcourse.grading import overview, todo
-from labcourse.grading.gradebook import Delivery, Gradebook
+from labcourse.grading.gradebook import ON_DISK, Arrival, Delivery, Gradebook, StudentRecord
 from labcourse.grading.marks import Mark
 from labcourse.grading.reports import changes, intake_table
 from labcourse.grading.reports.grades import Reports
@@ -379,6 +379,12 @@ def test_the_newest_version_says_when_and_a_partner_has_what_was_handed_in_for_b
     there = {one.id: one for one in overview.class_overview(book, OURS).of.students}
     assert [list(there[who].received) for who in ("ada", "bob")] == [[IN_02]] * 2
     assert there["ada"].last == "2026-03-03 12:00 UTC" and "has no roster" in text(book)
+
+
+@pytest.mark.parametrize(("clock", "mark"), [("", "?"), (ON_DISK, " (file)"), ("the time in its name", ""), (None, "")])
+def test_a_time_says_who_wrote_it_unless_a_platform_did(clock, mark):
+    student = todo.Student(StudentRecord("ada"), None, received={IN_02: Arrival(HANDED_IN, clock)})
+    assert student.last == f"2026-03-02 12:00 UTC{mark}"
 
 
 @pytest.mark.parametrize(("size", "is_told"), [(4, False), (5, True)])

@@ -153,6 +153,7 @@ def test_what_is_played_takes_the_place_of_what_is_now_and_the_rest_stays(page):
     assert dot[1:3] == pytest.approx(on_canvas(expected("rod", (1, 0), **SIGNALS)))
     words, dot = drawn(page, shown, {"angle": -0.5})
     assert words[1] == "x 0.70 m   φ -28.6°"
+    assert drawn(page, shown, {"angle": -1e-4})[0][1] == "x 0.70 m   φ 0.0°"
     assert dot[1:3] == pytest.approx(on_canvas(expected("rod", (1, 0), **SIGNALS | {"angle": -0.5})))
 
 
