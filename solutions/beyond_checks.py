@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from labcourse.answers.json_values import thin
 from labcourse.answers.parts import Part
 from labcourse.grading.marking.checks import EVALUATION_ERRORS, refused_recording
-from labcourse.grading.marking.expression_checks import at
+from labcourse.grading.marking.expression_checks import value_at
 from labcourse.grading.marks import Status
 from labcourse.grading.verdicts import Case, Verdict, follow_through, for_a_person, right, wrong
 from rotflex import link, observers, response, sampled
@@ -193,7 +193,7 @@ def largest_by_own(case: Case, part: str) -> float:
     rates = [bell.deriv(k) * (_ANGLE / bell.integ()(1.0) / _TURN ** (k + 1)) for k in range(len(names))]
     expression = usable(case.own, "4.9", part)
     points = ({name: float(rate(now)) for name, rate in zip(names, rates, strict=True)} for now in np.linspace(0, 1))
-    return max(abs(at(expression, known | point)) for point in points)
+    return max(abs(value_at(expression, known | point)) for point in points)
 
 
 # --- the student's own ------------------------------------------------------------------------------------------------
@@ -397,7 +397,7 @@ class LostAt:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Run the gain at each sample time, until it is lost."""
-        if not case.virtual:
+        if not case.truth_is_known:
             return for_a_person("It was not measured on a bench that is known here; a person will look at it.")
         found = {first for K in gains(case) for first in self._firsts(part, K, case)}
         if value in found:

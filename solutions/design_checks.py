@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from labcourse.answers.parts import Part
 from labcourse.grading.marking import checks
 from labcourse.grading.marking.checks import EVALUATION_ERRORS, MIRRORED, mirrored, same_entries
-from labcourse.grading.marking.expression_checks import at
+from labcourse.grading.marking.expression_checks import value_at
 from labcourse.grading.verdicts import Case, NothingFollows, OwnAnswers, Verdict, follow_through, partly, right, wrong
 from rotflex import design, model
 from rotflex.config import Joint, Servo
@@ -311,7 +311,7 @@ def own_matrices(own: OwnAnswers, K_s: float, J_l: float, J_eq: float, B_eq: flo
     found = {}
     for name in "AB":
         matrix = own("2.7", name)
-        found[name] = np.reshape([at(entry, point) for entry in matrix], matrix.shape)
+        found[name] = np.reshape([value_at(entry, point) for entry in matrix], matrix.shape)
     if np.linalg.matrix_rank(found["A"]) < 3 or not np.any(found["B"]):
         raise NothingFollows("Your own matrices of question 2.7 are nearly all zeros, and nothing follows from that.")
     return found

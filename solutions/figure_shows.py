@@ -49,7 +49,7 @@ class FigureShows:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Look for each channel, then at the labels."""
-        if not case.virtual:
+        if not case.truth_is_known:
             return for_a_person("It does not come from a bench that is known here; a person will look at it.")
         shown: Shown = {channel: [] for channel in self.channels}
         for wanted in self._wanted(case):

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from labcourse.grading.marking.checks import ChoiceIs, ForAPerson, Number
-from labcourse.grading.marking.expression_checks import ExpressionIs, at
+from labcourse.grading.marking.expression_checks import ExpressionIs, value_at
 from rotflex import design, observers, sampled
 from rotflex.config import srv02
 from rotflex.units import DEG
@@ -338,7 +338,7 @@ def V_m_by_own_alpha(own, p):
         return sum(s * p[RATES[RATES.index(name) + order]] for name, s in slopes.items() if s)
 
     rate, acceleration = p["gamma_dot"] - derivative(1), p["gamma_ddot"] - derivative(2)
-    return (p["J_eq"] * acceleration + (p["B_eq"] + p["b"]) * rate - p["K_s"] * at(expression, p)) / p["a"]
+    return (p["J_eq"] * acceleration + (p["B_eq"] + p["b"]) * rate - p["K_s"] * value_at(expression, p)) / p["a"]
 
 
 def largest_planned(state):

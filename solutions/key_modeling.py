@@ -6,7 +6,7 @@ import numpy as np
 
 from labcourse.grading.marking import expression_checks
 from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
-from labcourse.grading.marking.expression_checks import ExpressionIs, at
+from labcourse.grading.marking.expression_checks import ExpressionIs, value_at
 from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
 from labcourse.grading.marking.units import ANGLE
 from labcourse.grading.verdicts import OwnBench
@@ -135,7 +135,7 @@ PRELAB = {
     "2.3": {
         "L": ExpressionIs(
             lambda p: T(p) - V(p),
-            follow=lambda own, p: at(usable(own, "2.2", "T"), p) - at(usable(own, "2.1", "V"), p),
+            follow=lambda own, p: value_at(usable(own, "2.2", "T"), p) - value_at(usable(own, "2.1", "V"), p),
             follow_what="T - V with your own T and V",
             slips={"this is the total energy": lambda p: T(p) + V(p)},
         ),

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from labcourse.grading.marking.expression_checks import SymbolValues, at
+from labcourse.grading.marking.expression_checks import SymbolValues, value_at
 
 STATE = ("theta", "alpha", "theta_dot", "alpha_dot", "tau")
 MOTION = frozenset((*STATE, "theta_ddot", "alpha_ddot"))  #: the symbols of what moves; all others are parameters
@@ -21,7 +21,7 @@ _ACCELERATIONS = {"theta": "theta_ddot", "alpha": "alpha_ddot"}
 def slope(expression: Any, name: str, point: SymbolValues) -> float:
     """The partial derivative of an expression at a point."""
     up, down = point[name] + _STEP, point[name] - _STEP
-    return (at(expression, {**point, name: up}) - at(expression, {**point, name: down})) / (2 * _STEP)
+    return (value_at(expression, {**point, name: up}) - value_at(expression, {**point, name: down})) / (2 * _STEP)
 
 
 def _mixed(expression: Any, first: str, second: str, point: SymbolValues) -> float:
@@ -47,9 +47,9 @@ def residual(equation: Any) -> Any:
 
 def link_acceleration(equation: Any, theta_ddot: Any, point: SymbolValues) -> float:
     """alpha_ddot from the link's equation of motion and an acceleration of the servo, with B_l = 0 (2.6)."""
-    where = {**point, "B_l": 0.0, "theta_ddot": at(theta_ddot, point)}
+    where = {**point, "B_l": 0.0, "theta_ddot": value_at(theta_ddot, point)}
     left = residual(equation)
-    constant, one = (at(left, {**where, "alpha_ddot": value}) for value in (0.0, 1.0))
+    constant, one = (value_at(left, {**where, "alpha_ddot": value}) for value in (0.0, 1.0))
     return -constant / (one - constant)
 
 
@@ -58,7 +58,7 @@ def accelerations(first: Any, second: Any, point: SymbolValues) -> tuple[float, 
 
     def left(theta_ddot: float, alpha_ddot: float) -> np.ndarray:
         where = {**point, "B_l": 0.0, "theta_ddot": theta_ddot, "alpha_ddot": alpha_ddot}
-        return np.array([at(residual(equation), where) for equation in (first, second)])
+        return np.array([value_at(residual(equation), where) for equation in (first, second)])
 
     constant = left(0.0, 0.0)
     matrix = np.column_stack([left(1.0, 0.0) - constant, left(0.0, 1.0) - constant])

@@ -131,7 +131,7 @@ class Measured:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Run it again, measure, and compare."""
-        if not case.virtual:
+        if not case.truth_is_known:
             return for_a_person("It was not measured on a bench that is known here; a person will look at it.")
         measured = measured_again(case, self.again, self.recording)
         expected = [one[self.quantity] for one in measured]
@@ -158,7 +158,7 @@ class Measured:
 
     def missing(self, part: Part, case: Case) -> Verdict | None:
         """A servo that never settles has no settling time to give: then it is right to leave it out."""
-        if self.quantity != "t_s" or not case.virtual:
+        if self.quantity != "t_s" or not case.truth_is_known:
             return None
         try:
             case.own(*self.recording)

@@ -220,9 +220,9 @@ class AssignmentGrade:
 
     @cached_property
     def out_of(self) -> Fraction:
-        """What its column is out of: as the settings say, else the possible points of the marks that count.
+        """The maximum of its column: the one in the settings, else what the marks that count are out of, with weights.
 
-        If the student is excused from all of it, it is what it is out of for others.
+        If the student is excused from the whole assignment, count as if they were not.
         """
         if self.assignment.out_of is not None:
             return exact(self.assignment.out_of)
@@ -393,6 +393,9 @@ class Account:
 def account_of(course: Course, handed: Handed, when: datetime | None = None) -> Account:
     """Compute a student's points by the settings of a course.
 
+    Leave out marks that are worth nothing. Put marks of notebooks in no assignment into a last assignment with the
+    title "". Their notebook is "" if the course does not ask the question any more.
+
     Parameters
     ----------
     course : with its settings and its catalogue
@@ -405,9 +408,9 @@ def account_of(course: Course, handed: Handed, when: datetime | None = None) -> 
         if mark.out_of:
             name = course.notebook_of(mark.question)
             items[name].append(_item(mark, name, work.get(name), settings))
-    rest = Assignment("", tuple(items.keys() - work.keys()))
+    unassigned = Assignment("", tuple(items.keys() - work.keys()))
     grades = []
-    for one in [*of_course(course), rest]:
+    for one in [*of_course(course), unassigned]:
         own_works = tuple(work[name] for name in one.notebooks if name in work)
         own_items = tuple(item for name in one.notebooks for item in items[name])
         grades.append(AssignmentGrade(one, own_works, own_items))

@@ -265,14 +265,17 @@ class Batch:
         return content_digest([course_program_and_settings, found, files, read, said, stored])
 
     def _prepare(self, submission: Submission) -> None:
-        """Store the new files of a submission, and prepare for the run the newest version of each file."""
-        earlier = store_submission(self._gradebook, submission)
-        # What another program stores from now on is new the next time.
+        """Store the student's new files (not a partner's), then prepare the newest version of each file for the run.
+
+        Problems and notes are added to the submission.
+        """
+        handed_in_before = store_submission(self._gradebook, submission)
+        # If another program stores a file after this line, the next batch finds another digest, and prepares it again.
         submission.prepared_from = self._prepared_from(submission)
         files = delivered(self._gradebook, submission, self._masters)
         arrivals = intake.choose_newest(submission, files, self._bundles.names, self._reports)
         chosen = self._bundles.choose(submission.notebooks, submission.course)
-        submission.problems += intake.unread_problems(submission, earlier) if submission.pieces else []
+        submission.problems += intake.unread_problems(submission, handed_in_before) if submission.pieces else []
         submission.problems += chosen.problems
         catalogue = chosen.bundle.catalogue
         wanted = {f"{catalogue.everything[question].notebook}.ipynb" for question, _part in chosen.bundle.asked_parts}

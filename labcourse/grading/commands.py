@@ -461,6 +461,7 @@ def score(
             start.change_tokens(book, site, new_token, revoke)
         return
     names = by or []
+    # Names must be non-empty, and differ by more than capitals.
     if not (names or site) or len({*map(str.casefold, names), ""}) <= len(names):
         raise GradingError("Say who scores: --by NAME, once for each. Two scorers need two names.")
     course = courses.find(solutions)

@@ -318,12 +318,12 @@ class Export:
 
 
 def read(data: bytes) -> Export:
-    """Read a platform's file.
+    """Read a platform's file: try each separator, and return the first form of a known platform that fits.
 
     Raises
     ------
     GradingError
-        If it is of no platform that is known, or damaged.
+        If no platform fits: the damage found with the first separator that failed, else a list of the headings needed.
     """
     damaged: GradingError | None = None
     longest: list[str] = []
@@ -337,7 +337,7 @@ def read(data: bytes) -> Export:
         for platform in PLATFORMS:
             known = any({*form.split(",")} <= {*head} for form in platform.known_by)
             if known and {*platform.keys} & {*head}:
-                return _export(Export(platform, cells, head))
+                return _with_rows_and_columns(Export(platform, cells, head))
         longest = max(longest, [heading[:40] for heading in head[:8]], key=len)
     needed = "; ".join(f"{platform.name}: {' or '.join(platform.known_by)}" for platform in PLATFORMS)
     raise damaged or GradingError(
@@ -347,8 +347,12 @@ def read(data: bytes) -> Export:
     )
 
 
-def _export(export: Export) -> Export:
-    """Fill in the rows of students and the columns of points of a platform's file, and return it."""
+def _with_rows_and_columns(export: Export) -> Export:
+    """Add the rows that name a student, and the columns that take points, to a platform's file; return it.
+
+    Canvas's row "Points Possible" is none of a student. A column takes points if its heading matches and it is not read
+    only; where the maximum stands in a column of the file, only if all rows have the same.
+    """
     platform, cells = export.platform, export.table
     known = (*platform.keys, *platform.names)
     rows = [row for row in range(1, len(cells.rows)) if any(export.under(row, heading) for heading in known)]
@@ -358,8 +362,8 @@ def _export(export: Export) -> Export:
     for place, heading in enumerate(export.head):
         match = re.fullmatch(platform.points, heading, re.DOTALL)
         most = cells.cell(most_row, place) if most_row is not None else "".join(in_rows)
-        is_open = len(in_rows) < 2 and (not platform.most_column or platform.most_column in export.head)
-        if match and is_open and not most.startswith("("):  # Canvas writes (read only)
+        has_one_maximum = len(in_rows) < 2 and (not platform.most_column or platform.most_column in export.head)
+        if match and has_one_maximum and not most.startswith("("):  # Canvas writes (read only)
             names = match.groupdict()
             most = names.pop("most", None) or most
             export.columns.append(PointsColumn(place, heading, [*filter(None, names.values())], most))

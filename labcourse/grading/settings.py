@@ -418,8 +418,10 @@ def read(
     Raises
     ------
     GradingError
-        If the file cannot be read, or something in it is wrong. The message has a line for each fault: table,
-        entry, and what is wrong.
+        If the file is not TOML, or an entry is wrong. The message has a line for each wrong entry: table, entry, and
+        what is wrong.
+    OSError
+        If the file cannot be read.
     """
     file = folder / SETTINGS_FILE
     data = read_toml(file) if file.exists() else {}

@@ -153,10 +153,11 @@ def _layout(sheet: _Sheet, catalogue: Catalogue) -> Layout:
 
 
 def _row(item: ReportItem, also: Iterable[str], codes: Collection[str], catalogue: Catalogue) -> SheetRow:
-    """Return the row of a report's item.
+    """Return the row of a report's item, with the parts that are scored in each column.
 
-    Its cells hold the item's own text, the answers that it shows, and the part by which the report is judged in it, as
-    far as the item carries their codes; and all parts of the questions in ``also``.
+    Place in it the item's own text, the answers that it shows, and the part by which the report is judged in it, each
+    only if its code is one of the item's; and all scored parts of the questions in ``also``, whatever the item's codes.
+    Keep only the columns in ``codes``. Split the item's heading at ": " into group and heading.
     """
     parts: dict[Where, str] = {}
     if item.part:

@@ -39,13 +39,13 @@ class Case:
     bench : the student's own bench as it really is, from :meth:`labcourse.grading.course.Course.true_bench`
     own : the student's other answers
     probe_seed : seed from which the inputs of functions were drawn
-    virtual : whether the truth of the bench is known, as that of a virtual bench is, and that of some real ones
+    truth_is_known : whether the truth of the bench is known, as that of a virtual bench is, and that of some real ones
     """
 
     bench: Any
     own: OwnAnswers
     probe_seed: int
-    virtual: bool = True
+    truth_is_known: bool = True
 
 
 @dataclass(frozen=True)

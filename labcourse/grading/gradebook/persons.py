@@ -239,11 +239,15 @@ class Persons:
             about = known_student(session, student)
             rows = {table.name: _rows(session, table, about.id) for table in _OF_STUDENTS}
         everything = {"students": [asdict(about)], **rows}
-        return json.dumps(everything, indent=1, ensure_ascii=False, default=_as_json) + "\n"
+        return json.dumps(everything, indent=1, ensure_ascii=False, default=_for_json_dumps) + "\n"
 
 
-def _as_json(value: Any) -> Any:
-    """Return a file, a time or the state of a mark as JSON has it."""
+def _for_json_dumps(value: Any) -> Any:
+    """Convert a value that json.dumps does not know.
+
+    Bytes become text, or base64 if they are not UTF-8; a time becomes ISO text; any other object becomes the dict of
+    its attributes.
+    """
     if isinstance(value, bytes):
         try:
             return value.decode()

@@ -498,9 +498,9 @@ class Gradebook(AbstractContextManager["Gradebook"]):
 
 
 def _open_requests() -> Select[int]:
-    """Return the query for the numbers of the requests that are open.
+    """Select the IDs of requests after which nobody marked or commented on the answer. A later request is no comment.
 
-    A mark that is taken back leaves the one before it, with its time. So the request is open again.
+    Taking a mark back restores the mark before it with its old time, so the request is open again.
     """
     asked: Any = CommentRecord
     later: Any = aliased(CommentRecord)

@@ -410,11 +410,14 @@ def _unpacked(size: int, file: IO[bytes], unpack: Callable[[], Any] | None) -> b
 
 
 def _check_headers(data: bytes) -> None:
-    """Refuse a tar with headers that Python's tarfile reads slowly or for ever, wherever in it they stand.
+    """Raise Unreadable if Python's tarfile would read a tar slowly or for ever.
 
-    These are sizes below 0, and extended headers that are long: their time grows with the square of their length.
+    It would if a 512-byte block is a valid header with a negative size, or an extended header that is too long, alone
+    or with the others: the time for these grows with the square of their length. Check every block, because tarfile
+    may take any for a header.
     """
     squares = 0
+    # In each block, byte 124 is the first one of a header's size, and byte 156 its type.
     for number, (sign, kind) in enumerate(zip(data[124::512], data[156::512], strict=False)):
         if sign == _NEGATIVE or kind in _EXTENDED:
             with suppress(tarfile.HeaderError):  # it is content, and no header

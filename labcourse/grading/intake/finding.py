@@ -258,10 +258,11 @@ class _Finder:
         return Owner((student,), bench_of=student)
 
     def _platform(self, source: str, places: Sequence[Place]) -> str | None:
-        """Return the platform that named what lies in a folder or an archive: all names fit its pattern.
+        """Return the platform that named what lies in a folder or an archive: the only one that fits all names.
 
-        Names of the roster, and of files that are no submissions, are left out. A student chose the end of each name,
-        so that single names may fit several platforms.
+        Leave out names that fit no platform if they are on the roster or cannot be a submission, and all names of what
+        is not read. Ask for the instructor's decision, by --platform or a row of intake.csv, only if not exactly one
+        platform fits all names that are left. A student chose the end of each name, so single names may fit several.
 
         Returns
         -------
@@ -552,7 +553,11 @@ class _Finder:
         return None
 
     def _owner(self, piece: Piece) -> Owner:
-        """Determine the owner of a piece. Add a row for the instructor if the owner is in doubt or decided."""
+        """Determine the owner of a piece, and note that the piece is ignored if it has none.
+
+        Add a row to intake.csv if the owner has a problem, is not on the roster, or was decided by the instructor. A
+        valid decision replaces the owner; an invalid one is noted, and is no reason for a row by itself.
+        """
         holds_work = any(map(is_work, piece.files))
         owner = owners.owner_of(piece.name, piece.owner, piece.course, self._roster, holds_work)
         decision = self._decisions.get((piece.source, OWNER))

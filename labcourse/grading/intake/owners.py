@@ -329,16 +329,19 @@ def _with_partners(owner: Owner, most: Collection[str]) -> Owner:
     return replace(owner, claimed=tuple(filter(most.__contains__, owner.claimed)), notes=(*owner.notes, note))
 
 
-def _resolved(owner: Owner, counts: Mapping[str, bool | None]) -> Owner:
-    """Set which partners of an owner wait and which are declined; the work is not run on the bench of any of them.
+def _resolved(owner: Owner, is_partner: Mapping[str, bool | None]) -> Owner:
+    """Return the owner with its claimed partners sorted into waiting (None) and declined (False).
+
+    If ``bench_of`` is one of these, use the first student's bench. Add a problem on those who wait, and a note on those
+    who are declined.
 
     Parameters
     ----------
     owner : with the partners whom the course.json claims
-    counts : partner → whether they count; None if a person has to confirm them
+    is_partner : claimed partner → whether they count; None if a person has to confirm them
     """
-    waiting = tuple(name for name, is_partner in counts.items() if is_partner is None)
-    declined = tuple(name for name, is_partner in counts.items() if is_partner is False)
+    waiting = tuple(name for name in is_partner if is_partner[name] is None)
+    declined = tuple(name for name in is_partner if is_partner[name] is False)
     bench_of = owner.students[0] if owner.bench_of in (*waiting, *declined) else owner.bench_of
     problems, notes = owner.problems, owner.notes
     if waiting:

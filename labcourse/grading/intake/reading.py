@@ -151,7 +151,7 @@ class _Reader:
             else:
                 self.submission.unread[name] = notebook
         self._by_cells()
-        self._in_their_place()
+        self._explain_missing()
         for name, candidates in _fitting(self._piece.files, self.reports, report_files.PDF).items():
             self._report(name, self._best(name, candidates))
         self._of_the_course(ANSWERS_FILE, answers.MAX_BYTES)
@@ -247,7 +247,7 @@ class _Reader:
         self._used.update(paths)
         if len(paths) > 1:
             path, why = self._chosen(name, candidates)
-            others = [other for other in paths if other != path and self._is_lost(name, other, path)]
+            others = [other for other in paths if other != path and self._may_lose_work(name, other, path)]
             if others:
                 about = {"count": len(others) + 1, "chosen": path, "why": why, **named(others)}
                 self.submission.notes.append(Problem.of(Code.ONE_OF_SEVERAL, name, **about))
@@ -284,15 +284,16 @@ class _Reader:
         when = {"saved": f"{saved[path]:%Y-%m-%d %H:%M}"} if saved[path] > _OLD else {}
         return path, Problem.of(Code.CHOSEN_BY_TIME, cells=max(written[path], 0), **when)
 
-    def _is_lost(self, name: str, path: str, chosen: str) -> bool:
-        """Return whether something of the student's may be in a file that is not in the one that counts.
+    def _may_lose_work(self, name: str, path: str, chosen: str) -> bool:
+        """Return whether ignoring a file may lose work of the student's.
 
-        Files that cannot be read may hold anything.
+        For a notebook: its cells differ from the chosen one's, and something is written in it or it cannot be read. For
+        a report: the bytes differ, or one of the two cannot be read.
 
         Parameters
         ----------
         name : name of the notebook or report in the course
-        path, chosen : the file, and the one that counts
+        path, chosen : the file that is ignored, and the one that counts
         """
         if is_notebook(path):
             one, other = self._notebook(path), self._notebook(chosen)
@@ -325,8 +326,11 @@ class _Reader:
         if missing:
             self._note_files(Code.NOT_RECOGNISED, [path for path in others if path not in self._used])
 
-    def _in_their_place(self) -> None:
-        """Note files in the place of missing notebooks: pages or programs of that name, archives that are not read."""
+    def _explain_missing(self) -> None:
+        """Record for each missing notebook the unused files of its name with another ending, as the reason.
+
+        Add a fault if any notebook is missing and an archive that is not read lies there.
+        """
         unused = [path for path in self._piece.files if path not in self._used]
         for name in self._missing if self.masters else ():
             stem = name.casefold().removesuffix(".ipynb")

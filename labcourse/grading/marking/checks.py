@@ -219,7 +219,18 @@ class FunctionIs:
         return verdicts.wrong(f"Called with other inputs, it gives something else than {self.what}.{why}")
 
     def _same(self, value: Any, expected: list[Any]) -> bool:
-        """Return whether an answer has the expected outputs, one for each input, within the tolerance."""
+        """Return whether an answer has the expected outputs, within the tolerance.
+
+        Parameters
+        ----------
+        value : per input, the answered outputs
+        expected : per input, the output, or the tuple of outputs, of the function
+
+        Raises
+        ------
+        ValueError
+            If the two are not for the same number of inputs.
+        """
         tuples = [output if isinstance(output, tuple) else (output,) for output in expected]
         return all(
             len(answered) == len(wanted)
@@ -355,7 +366,7 @@ class RecordingOf:
 
 def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict | None:
     """Return the verdict on a recording that must not be compared, or is of another experiment; None otherwise."""
-    if not case.virtual:
+    if not case.truth_is_known:
         return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
     for name, wanted in part.settings:
         if value["metadata"].get(name) != wanted:

@@ -34,8 +34,16 @@ def random_points(symbols: tuple[str, ...], seed: int) -> list[dict[str, float]]
     return [dict(zip(symbols, draw.uniform(0.5, 2.0, len(symbols)).tolist(), strict=True)) for _ in range(_POINTS)]
 
 
-def at(expression: Any, point: SymbolValues) -> float:
-    """Return the value of a sympy expression at a point. Raises ArithmeticError where it has no real value."""
+def value_at(expression: Any, point: SymbolValues) -> float:
+    """Return the value of a sympy expression at a point.
+
+    Raises
+    ------
+    ArithmeticError
+        If it has no real value there.
+    TypeError
+        If one of its symbols has no value in the point.
+    """
     import sympy
 
     number = sympy.sympify(expression).xreplace({sympy.Symbol(name): sympy.Float(v) for name, v in point.items()})
@@ -56,7 +64,7 @@ def _equals_rule(expression: Any, rule: Rule, points: list[dict[str, float]]) ->
     """Return whether an expression equals a rule at all points, within the tolerance; not if one has no value there."""
     tolerance = _tolerance(expression)
     try:
-        pairs = [(at(expression, point), rule(point)) for point in points]
+        pairs = [(value_at(expression, point), rule(point)) for point in points]
     except _NO_VALUE:
         return False
     return all(abs(answered - wanted) <= tolerance * max(1e-3, abs(wanted)) for answered, wanted in pairs)
@@ -159,7 +167,7 @@ class EquationIs(ExpressionIs):
         for parameters in points[: _POINTS // 2]:
             moved = [{**parameters, **{name: point[name] for name in point.keys() & self.motion}} for point in points]
             try:
-                answered, wanted = np.array([(at(residual, point), rule(point)) for point in moved]).T
+                answered, wanted = np.array([(value_at(residual, point), rule(point)) for point in moved]).T
             except _NO_VALUE:
                 return False
             largest = np.argmax(np.abs(wanted))

@@ -36,7 +36,7 @@ class _FigureOfChannel:
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Judge a figure; leave it to a person if the truth of the bench is not known."""
-        if not case.virtual:
+        if not case.truth_is_known:
             return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
         return self._judge(value, case)
 

@@ -98,10 +98,11 @@ def _is_asked(course: Course, where: Where, asked: Collection[Where] | None) -> 
 def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case:
     """Return the data by which the answers of a submission are judged.
 
-    Parameters as for :func:`mark`; ``probe_seed`` is that from which the inputs of functions were drawn.
+    Parameters as for :func:`mark`; ``probe_seed`` is that from which the inputs of functions were drawn. ``own`` of the
+    case raises KeyError for a missing answer.
     """
-    known = course.knows_bench(course.parameters) and getattr(bench, "is_known", True)
-    return Case(bench, lambda question, part: claims.values[question, part], probe_seed, known)
+    truth_is_known = course.knows_bench(course.parameters) and getattr(bench, "is_known", True)
+    return Case(bench, lambda question, part: claims.values[question, part], probe_seed, truth_is_known)
 
 
 def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:

@@ -222,14 +222,18 @@ def marking_digest(course: Course) -> str:
     of the packages that students get (the true bench is made by them); and the modules of this package that mark.
     """
     digest = hashlib.sha256(repr(course.settings.of_marking()).encode())
-    for path in _files_that_mark(course):
+    for path in _files_marks_depend_on(course):
         content = path.read_bytes()
         digest.update(f"{path.name} {len(content)}\n".encode() + content)
     return digest.hexdigest()
 
 
-def _files_that_mark(course: Course) -> Iterator[Path]:
-    """Yield the files that marks depend on: of the course's folder, of labcourse, and of the students' packages."""
+def _files_marks_depend_on(course: Course) -> Iterator[Path]:
+    """Yield the files on which marks depend.
+
+    These are all files of the course's folder but notebooks, excluded names and what lies in hidden folders; the .py
+    files of labcourse that mark; and those of the students' packages.
+    """
     for path in sorted(course.folder.rglob("*")):
         hidden = any(part.startswith((".", "__")) for part in path.relative_to(course.folder).parts[:-1])
         excluded = hidden or path.name in _EXCLUDED_NAMES or any(map(path.match, _EXCLUDED_PATTERNS))

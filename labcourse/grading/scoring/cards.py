@@ -77,7 +77,10 @@ def _basics(desk: Desk, run: RunRecord | None, answer: Answer, label: str) -> di
 
 
 def _compared(course: Course, run: RunRecord, where: Where) -> str:
-    """Say what the key compared an answer with; "" if its check does not say so."""
+    """Describe what the key, as it is now, compares an answer with on the run's bench; "" if the check cannot say.
+
+    An error of the course's code is returned as text.
+    """
     check: Any = course.key.get(where[0], {}).get(where[1])
     compared: Any = getattr(check, "compared", None)
     own: Any = getattr(check, "own_bench", None)

@@ -194,8 +194,12 @@ class Desk:
         theirs = sorted(self.book.scores.any_answers(made.where), key=lambda one: shuffled(one.student, made.where))
         return [one for one in theirs if (one.mark.status, _same_for_all(one.mark.reason)) == same and not one.referred]
 
-    def renew(self, actor: str, where: Where, key: str) -> str | None:
-        """Claim an answer again; return a message if that fails."""
+    def hold(self, actor: str, where: Where, key: str) -> str | None:
+        """Claim an answer for a scorer, or extend the claim.
+
+        Return None, or a message if it is gone or another scorer has it. The scorer's other claim ends if the answer is
+        found, even if this claim fails.
+        """
         answer = self.find(where, key)
         if answer is None:
             return "This answer is not there any more."

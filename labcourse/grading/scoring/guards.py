@@ -235,10 +235,10 @@ class Guard:
         self._site.check_origin(request)
         if path == _ENTER:
             return await self._enter(request)
-        digest = request.cookies.get(self._site.cookie(request), "")
-        scorer = Scorer(await self._name(request, digest), request.headers.get(TOKEN_HEADER, ""))
+        cookie = request.cookies.get(self._site.cookie(request), "")
+        scorer = Scorer(await self._name(request, cookie), request.headers.get(TOKEN_HEADER, ""))
         if request.method == "POST":
-            _check_act(scorer, digest, request)
+            _check_act(scorer, cookie, request)
         request.scope[ACTOR] = scorer
         return None
 
@@ -267,10 +267,17 @@ class Guard:
         return found.actor
 
 
-def _check_act(scorer: Scorer, digest: str, request: Request) -> None:
-    """Refuse an act whose token is not that of the cookie's digest, and what no page sends."""
+def _check_act(scorer: Scorer, cookie: str, request: Request) -> None:
+    """Refuse an act without the token of the cookie, and what no page sends.
+
+    Raises
+    ------
+    HTTPException
+        403 if the token in the header does not belong to the cookie; 415 if the body is not JSON; 413 if its length is
+        missing, no number, too large, or not said because it is chunked.
+    """
     headers = request.headers
-    if not secrets.compare_digest(scorer.digest, digest):
+    if not secrets.compare_digest(scorer.digest, cookie):
         raise HTTPException(
             403,
             f"This page did not send the token of {scorer.name}'s address, and this browser is {scorer.name}'s now. "

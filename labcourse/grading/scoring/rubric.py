@@ -79,7 +79,10 @@ def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, RubricItem]:
     Raises
     ------
     GradingError
-        If the file cannot be read, or is not the rubric of this course. The message lists each fault.
+        If the file is not TOML, an entry is wrong, or a part that a person marks is missing. The message lists each
+        fault.
+    OSError
+        If the file cannot be read.
     """
     items, faults = examine(folder, catalogue)
     refuse(folder / RUBRIC_FILE, faults)
@@ -87,7 +90,10 @@ def read(folder: Path, catalogue: Catalogue) -> Mapping[Where, RubricItem]:
 
 
 def examine(folder: Path, catalogue: Catalogue) -> tuple[dict[Where, RubricItem], list[str]]:
-    """Return the valid entries of a rubric, and a message on each fault. Parameters as for :func:`read`."""
+    """Return the valid entries of a rubric, and a message on each fault; both are empty without a file.
+
+    Parameters as for :func:`read`. Raises OSError if the file cannot be read.
+    """
     try:
         content = read_toml(folder / RUBRIC_FILE)
     except FileNotFoundError:

@@ -156,7 +156,10 @@ class Pages:
         return _copy(feedback.page(result_in(self.desk.book, self.course, graded, about), self.course, link))
 
     def answer(self, request: Request) -> Response:
-        """Show any answer of a student, why it has its mark, and what a person can do about it."""
+        """Show any answer of a student, why it has its mark, and what a person can do about it. Nothing is claimed.
+
+        Raises HTTPException: 400 without question or part, 404 without the answer.
+        """
         where, wanted = _where(request), request.query_params.get("student", "")
         about = next((one for one in self.desk.book.students() if caseless(one.student) == caseless(wanted)), None)
         key = "" if about is None else key_of(about.student, where)
@@ -224,7 +227,7 @@ class Pages:
         answer = self.desk.find(sent.where, sent.key)
         if answer is None:
             return self._reply(scorer, sent.where, ["That answer is not there any more; here is the next one."])
-        problem = self.desk.renew(scorer.name, sent.where, sent.key)
+        problem = self.desk.hold(scorer.name, sent.where, sent.key)
         return self._reply(scorer, sent.where, [problem], [answer], trouble=bool(problem))
 
     def give(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
@@ -257,7 +260,7 @@ class Pages:
                 answers = [one for one in self.desk.due(sent.where) if one.student in students]
                 again = {"remark": act.remark}
         if answers:
-            self.desk.renew(scorer.name, sent.where, key_of(answers[0].student, sent.where))
+            self.desk.hold(scorer.name, sent.where, key_of(answers[0].student, sent.where))
         return self._reply(scorer, sent.where, messages, answers, again, trouble=bool(done.problems))
 
     def decide(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
@@ -321,7 +324,7 @@ class Pages:
 
     def renew(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Hold on to what is shown."""
-        return {"message": self.desk.renew(scorer.name, sent.where, sent.key) or ""}
+        return {"message": self.desk.hold(scorer.name, sent.where, sent.key) or ""}
 
     def leave(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Let others have what is shown."""

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labcourse.grading.marking import expression_checks
-from labcourse.grading.marking.expression_checks import ExpressionIs, at
+from labcourse.grading.marking.expression_checks import ExpressionIs, value_at
 from labcourse.grading.marks import Status
 from labcourse.grading.verdicts import Case
 from rotflex.course.questions import CATALOGUE
@@ -119,7 +119,7 @@ def test_rounded_decimals_agree_and_roughly_rounded_ones_do_not():
 
 def test_what_agrees_with_own_answers_follows_and_a_known_slip_is_named():
     check = ExpressionIs(
-        rule(ENERGY), follow=lambda own, p: at(own("2.1", "V"), p), slips={"twice too much": rule(2 * ENERGY)}
+        rule(ENERGY), follow=lambda own, p: value_at(own("2.1", "V"), p), slips={"twice too much": rule(2 * ENERGY)}
     )
     assert status(check, V, K_s * theta, q2_1_V=theta * K_s) is Status.FOLLOW_THROUGH
     assert status(check, V, K_s * theta) is Status.WRONG
@@ -142,7 +142,7 @@ def test_a_matrix_that_agrees_with_own_answers_follows():
     own = sympy.diag(K_s, J_l, B_eq, tau)
     check = SymbolicMatrixIs(
         lambda point: np.eye(4),
-        follow=lambda own, point: [[at(entry, point) for entry in row] for row in own("2.5", "A").tolist()],
+        follow=lambda own, point: [[value_at(entry, point) for entry in row] for row in own("2.5", "A").tolist()],
         follow_what="your own equations",
     )
     verdict = check.verdict(MATRIX, own, case(q2_5_A=own))
@@ -151,7 +151,7 @@ def test_a_matrix_that_agrees_with_own_answers_follows():
 
 
 def test_an_equation_that_agrees_with_own_answers_follows():
-    check = EquationIs(rule(LINK), follow=lambda own, p: at(own("2.4", "own"), p), follow_what="your own energy")
+    check = EquationIs(rule(LINK), follow=lambda own, p: value_at(own("2.4", "own"), p), follow_what="your own energy")
     verdict = check.verdict(MOTION, sympy.Eq(2 * SERVO, 0, evaluate=False), case(q2_4_own=SERVO))
     assert verdict.status is Status.FOLLOW_THROUGH and "agrees with your own energy" in verdict.reason
     assert status(check, MOTION, sympy.Eq(SERVO + tau, 0, evaluate=False), q2_4_own=SERVO) is Status.WRONG
