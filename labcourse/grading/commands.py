@@ -90,7 +90,10 @@ def _file_of(marks: str) -> Path | None:
 
 
 def _gradebook(marks: str, make: bool = False) -> Gradebook:
-    """Open a gradebook. Only ``make`` makes one that does not exist: a slip in its name should not."""
+    """Open a gradebook. Only ``make`` makes one that does not exist: a slip in its name should not.
+
+    Raises GradingError if it does not exist, and GradebookError if it cannot be opened.
+    """
     from labcourse.grading.gradebook import Gradebook
 
     file = _file_of(marks)
@@ -109,7 +112,7 @@ def _results(marks: str, out: Path | None) -> Path:
 
 
 def _results_or_none(marks: str, out: Path | None) -> Path | None:
-    """Return the folder of results: the named one, or that of the gradebook's file."""
+    """Return the folder of results: the named one, or that of the gradebook's file; None if it is a database's URL."""
     file = _file_of(marks) if out is None else None
     return out if file is None else file.parent
 
@@ -346,7 +349,10 @@ def grade(
 
 
 def _taken_over(marks: str, submissions: Path) -> dict[str, EarlierRun] | None:
-    """Take over the gradebook of an earlier version that is named in place of submissions; None for submissions."""
+    """Take over the gradebook of an earlier version that is named in place of submissions; None for submissions.
+
+    Raises GradingError if MARKS is a database's URL.
+    """
     from labcourse.grading.gradebook.earlier import is_gradebook, take_over
 
     if not is_gradebook(submissions):
@@ -365,7 +371,10 @@ def _doubts_text(path: Path, rows: int) -> Iterator[str]:
 
 
 def _check_submissions(submissions: Path, results: Path) -> Path:
-    """Refuse a folder that cannot be that of the submissions, before anything is made; return that of the results."""
+    """Return the folder of results. Raise GradingError if SUBMISSIONS cannot be those of a class.
+
+    They cannot if they do not exist, are an empty folder or a class's results, or if the results would lie among them.
+    """
     if not submissions.exists() or (submissions.is_dir() and not any(submissions.iterdir())):
         raise GradingError(f"There is nothing in {submissions}.")
     if (submissions / GRADEBOOK_FILE).is_file():
@@ -376,6 +385,7 @@ def _check_submissions(submissions: Path, results: Path) -> Path:
 
 
 def _zone(name: str) -> tzinfo:
+    """Return the time zone of a name. Raises GradingError if there is none."""
     from zoneinfo import ZoneInfo
 
     try:

@@ -121,6 +121,11 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
     book : the class's gradebook
     course : with its catalogue and settings
     folder : of results, with ``intake.csv`` and ``hints.json``; None without one
+
+    Raises
+    ------
+    GradingError
+        If one of these two files exists and cannot be read.
     """
     students = _students(book, course)
     answers = [one for one in book.scores.answers() if not course.settings.marks.dropped_as(*one.where)]
@@ -238,7 +243,7 @@ def _the_term(of: Class) -> Section:
     states = [state for state in State if any(state in those for those in counted.values())]
     counts = [(title, *(those.count(state) or "" for state in states)) for title, those in counted.items() if states]
     by_student = "Students; what is not due is left out until it is there"
-    students = [(_named(one), work_text(one), so_far_text(one), one.last) for one in of.students]
+    students = [(_named(one), work_text(one), _points_so_far(one), one.last) for one in of.students]
     tables = [
         PageTable("Assignments", columns, assignments, numbers),
         PageTable("Students in each state", ["Assignment", *states], counts, states),
@@ -447,7 +452,7 @@ def _moved(changes: Iterable[ChangedMark]) -> list[CellPiece]:
 
 
 def _students(book: Gradebook, course: Course) -> list[Student]:
-    """Return everybody in the gradebook with the states of their work now."""
+    """Return everybody in the gradebook with the states of their work now; of runs, without marks that are dropped."""
     students, notebooks = [], {path.name for path in course.notebooks}
     marks = course.settings.marks
     for about in book.students():
@@ -491,8 +496,8 @@ def work_text(student: Student) -> str:
     return "\n".join(f"{state}: {', '.join(by_state[state])}" for state in order if state in by_state)
 
 
-def so_far_text(student: Student) -> str:
-    """Return a student's points so far, as "9.50 of 11"; "" if nothing that counts is decided."""
+def _points_so_far(student: Student) -> str:
+    """Return a student's points so far, as "9.50 of 11"; "" if nothing that counts is decided, or worth points."""
     account = student.account
     if not account.out_of or len(account.undecided) == len(account.counting):
         return ""
@@ -505,7 +510,8 @@ def far_below(students: Iterable[Student]) -> list[tuple[Student, float, float]]
     Returns
     -------
     list
-        Student, their share (0 to 1), and the median; the smallest share first. Nobody in a class of fewer than five.
+        Student, their share (0 to 1), and the median; the smallest share first. Students of whom nothing is graded or
+        decided are left out; nobody is far below if fewer than five are left.
     """
     graded = (student for student in students if student.graded is not None)
     shares = [(student, share) for student in graded if (share := _decided_share(student.account)) is not None]
@@ -517,7 +523,10 @@ def far_below(students: Iterable[Student]) -> list[tuple[Student, float, float]]
 
 
 def _decided_share(account: Account) -> float | None:
-    """Return earned points of decided points in what is due; None if nothing is decided."""
+    """Return the share (0 to 1) of decided points that was earned, in what counts so far, with weights and lateness.
+
+    Return None if nothing is decided.
+    """
     decided = [item for item in account.counting if item.points is not None]
     possible = sum(item.possible for item in decided)
     return float(sum(item.weighted * (1 - item.lost_share) for item in decided) / possible) if possible else None
@@ -537,7 +546,10 @@ def waiting(of: Class) -> list[Waiting]:
 
 
 def slips(runs: Iterable[Graded]) -> list[Slip]:
-    """Find the parts that many students got wrong, among the answers that the key judged; the largest share first."""
+    """Find the parts that many students got wrong, the largest share first.
+
+    Only answers that the key judged count. Many are at least ``MANY`` of these, and at least ``SEVERAL`` students.
+    """
     judged = defaultdict[Where, list[Mark]](list)
     for mark in (mark for graded in runs for mark in graded.marks if mark.status in _JUDGED):
         judged[mark.where].append(mark)

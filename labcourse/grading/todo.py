@@ -156,7 +156,7 @@ class Class:
         return sum((self.worths[one] for one in there), Fraction(0))
 
     def given_back(self, assignment: Assignment) -> Publication | None:
-        """Return when an assignment was given back last; None if it was not."""
+        """Return the last publication that gave back all of an assignment; None without one."""
         names = {*assignment.notebooks}
         return next(
             (one for one in reversed(self.publications) if not one.notebooks or names <= {*one.notebooks}), None
@@ -164,7 +164,7 @@ class Class:
 
 
 def todo(of: Class) -> list[Task]:
-    """Return what to do in a class; what is worth most comes first, and what nobody knows the worth of behind it."""
+    """Return what to do in a class: what is worth most first, then what is of unknown worth, then the rest."""
     groups = defaultdict[Problem, list[Task]](list)
     for task in chain(_by_state(of), _by_run(of), _by_mark(of), _by_answer(of), _by_class(of)):
         groups[task.what].append(task)

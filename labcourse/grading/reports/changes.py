@@ -96,7 +96,7 @@ def _decision(mark: Mark | None) -> tuple[str, float, float] | None:
 
 
 def changes_since(before: Graded | None, after: Graded) -> Changes | None:
-    """Return what changed for a student; None for a student who had no marks before, or has the same."""
+    """Return what changed for a student; None if nothing did, or if only a failed run or none counted before."""
     had_marks = before is not None and not is_failed(before.run)
     found = changes(before, after) if before is not None and had_marks else None
     return found if found and found.parts else None
@@ -131,7 +131,8 @@ class ChangedMark(NamedTuple):
 def changed_in(book: Gradebook, course: Course, since_first: bool = False) -> list[ChangedMark]:
     """Find marks with other points than were given back, or that were decided since.
 
-    What students are excused from now is left out.
+    Leave out notebooks that were never given back, and those from which the student is excused now; and marks that are
+    worth nothing, or decided neither then nor now.
 
     Parameters
     ----------

@@ -33,6 +33,8 @@ _MOST = 3  # questions on the first screen
 def page(result: Result, course: Course, answer_link: Callable[[str, str, str], str] | None = None) -> str:
     """Return a student's feedback as HTML. Before it opens, it has the date and problems with the submission only.
 
+    Notebooks that are not due, or from which the student is excused, are left out if nothing of theirs is in them.
+
     Parameters
     ----------
     result : what came out
@@ -67,7 +69,11 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
 def _look_again(
     questions: Iterable[dict[str, Any]], works: Mapping[str, Work], course: Course
 ) -> list[tuple[dict[str, Any], Mark]]:
-    """Return the questions that lost most points, each with the mark that lost most; nothing of work that is absent."""
+    """Return at most three questions that lost most points by their weights, each with the mark that lost most.
+
+    Marks that are undecided or dropped lose nothing. Questions in work that is missing, untouched, excused or cannot be
+    read are left out.
+    """
     counted = course.settings.marks
 
     def lost(mark: Mark) -> float:
@@ -130,7 +136,7 @@ def _part(
 def figures_of(
     run: RunRecord, catalogue: Catalogue, only: Collection[tuple[str, str]] | None = None
 ) -> dict[tuple[str, str], Markup]:
-    """Draw a student's figures again; what is no valid figure is left out.
+    """Draw a student's figures again: (question, part) → HTML. What is no valid figure is left out.
 
     Parameters
     ----------
@@ -157,7 +163,8 @@ def predictions_of(run: RunRecord, catalogue: Catalogue) -> dict[str, tuple[list
     Returns
     -------
     dict
-        question → lines, each a prediction beside what was recorded; and what the student thought of it afterwards
+        question → lines, each a prediction beside what was recorded; and what the student thought of it afterwards.
+        Questions with neither are left out
     """
     content = answers_of(run)
     stored = content.get(reflection.SECTION, {})

@@ -53,7 +53,7 @@ def make_folder(out: Path) -> None:
     Raises
     ------
     GradingError
-        If it cannot.
+        If it cannot be made or written to, or its ``grades.csv`` is a folder.
     """
     table = out / GRADES_FILE
     if table.is_dir():
@@ -86,7 +86,7 @@ class Reports(AbstractContextManager["Reports"]):
     Raises
     ------
     GradingError
-        If the folder cannot be made.
+        As :func:`make_folder` does, and as :meth:`write_all` does at the end of the block.
     """
 
     out: Path
@@ -165,7 +165,15 @@ class Reports(AbstractContextManager["Reports"]):
     def _write_pages(
         self, graded: Graded, about: StudentRecord, back: frozenset[str] | None, moved: Sequence[ChangedMark]
     ) -> Result:
-        """Write a student's files, with what was given back (None for all), and moved; return what came out."""
+        """Write ``marks.json`` and ``feedback.html`` of a student; return all that came out, without the answers.
+
+        Parameters
+        ----------
+        graded : the run that counts, and its marks
+        about : what the roster says of the student
+        back : notebooks that were given back: the files have no other marks; None for all
+        moved : marks that moved since they were first given back
+        """
         result = result_in(self.book, self.course, graded, about)
         shown = replace(result.given_back(self.course, back), changes=moved)
         folder = self.out / about.student
@@ -279,7 +287,10 @@ def _grades(account: Account) -> list[str]:
 
 
 def _points(row: Result, questions: Sequence[str]) -> list[str]:
-    """Return the cells of a student between how it counts and the notes."""
+    """Return the cells of a student between how it counts and the notes.
+
+    Cells of questions leave out marks that are not decided, in work that has no points yet, or excused.
+    """
     empty = {
         (item.question, item.part)
         for one in row.account.assignments

@@ -125,7 +125,10 @@ class ComparedWork:
 
 
 def works(book: Gradebook, course: Course) -> Callable[[Graded], ComparedWork]:
-    """Return a function that gathers what is compared of a student, from the run that counts."""
+    """Return a function that gathers what is compared of a student, from the run that counts.
+
+    Files that the course hands out are read at once; raises OSError if one cannot be read.
+    """
     given = course.data.rglob("*") if course.data.is_dir() else ()
     handed_out = frozenset(digest(path.read_bytes()) for path in given if path.is_file())
 
@@ -144,7 +147,7 @@ def compared(everybody: Sequence[ComparedWork], course: Course) -> list[Hint]:
 
 
 def by_students(hints: Iterable[Hint]) -> dict[tuple[str, ...], list[Hint]]:
-    """Group hints by students; groups with more sorts of hints come first."""
+    """Return students (IDs in order) → their hints; groups with more sorts of hints come first, then by ID."""
     groups: dict[tuple[str, ...], list[Hint]] = defaultdict(list)
     for hint in hints:
         groups[tuple(sorted(hint.students, key=caseless))].append(hint)
@@ -164,7 +167,7 @@ def read(folder: Path) -> list[Hint]:
     Raises
     ------
     GradingError
-        If the file cannot be read.
+        If the file cannot be read, or holds something else.
     """
     path = folder / HINTS_DATA_FILE
     try:
@@ -184,7 +187,10 @@ def measured_parts(key: Key) -> dict[Where, OwnBench]:
 
 
 def measured(graded: Graded, course: Course) -> dict[str, Any]:
-    """Read a student's measured numbers from the run that counts: fields of :class:`ComparedWork`, or none."""
+    """Read a student's measured numbers from the run that counts, as fields of :class:`ComparedWork`.
+
+    Return no fields if the course's own code fails, or the bench is not known.
+    """
     parts = measured_parts(course.key)
     submission = submission_of(graded.run)
     try:
@@ -202,6 +208,7 @@ def measured(graded: Graded, course: Course) -> dict[str, Any]:
 
 
 def _is_number(value: object) -> bool:
+    """Return whether a value is a finite number other than 0; True and False are none."""
     return type(value) in (int, float) and bool(value) and math.isfinite(value)  # type: ignore[arg-type]
 
 
@@ -227,7 +234,12 @@ def fitting_numbers(everybody: Sequence[ComparedWork], parts: Mapping[Where, Own
 def _fitting(
     student: ComparedWork, everybody: Sequence[ComparedWork], parts: Mapping[Where, OwnBench]
 ) -> Iterator[tuple[Likeness, Mapping[Where, float], list[ComparedWork]]]:
-    """Yield which of a student's numbers fit class-mates, and whom."""
+    """Yield kind of a hint, numbers of a student by part, and the class-mates, perhaps none, whom they fit.
+
+    Class-mates on the same bench, or on one that is not known, are left out. A wrong number is compared with right
+    answers if it has more than ``DIGITS`` significant digits and its part is discriminating. All numbers together are
+    compared with a class-mate's bench if at least ``FEWEST_TOGETHER`` are wrong and they do not fit the student's own.
+    """
     others = [mate for mate in everybody if mate.bench and mate.bench != student.bench]
     for where in sorted(where for where in student.wrong if parts[where].is_discriminating):
         value = student.given[where]
@@ -319,13 +331,13 @@ def equal_files(everybody: Sequence[ComparedWork]) -> list[Hint]:
 
 
 def _shared(kind: Likeness, having: Iterable[tuple[ComparedWork, Mapping[str, str]]], most: int) -> list[Hint]:
-    """Return a hint for students of different groups, with the names of all that they have in common.
+    """Return a hint for each set of students of at least two groups who share something, with the names of all of it.
 
     Parameters
     ----------
     kind : of the hints
     having : each student, with digest → name of what they have
-    most : groups that may have the same
+    most : groups that may have the same; what more of them have is no hint
     """
     owners = defaultdict[str, list[ComparedWork]](list)
     names: dict[str, str] = {}

@@ -18,7 +18,7 @@ _COLUMNS = [*(field.name for field in fields(Doubt)), _DECISION]
 
 
 def read(path: Path) -> dict[Doubt, str]:
-    """Read each row of the table, and the decision on it; nothing without a file.
+    """Return row → decision of the table, "" if there is none yet; empty without a file.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def read(path: Path) -> dict[Doubt, str]:
 
 
 def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str], read_now: Collection[str] = ()) -> int:
-    """Write the rows of the submissions that were read, and earlier decisions and rows of others.
+    """Write the rows of the submissions that were read, earlier rows with a decision, and those of other submissions.
 
     Parameters
     ----------
@@ -53,6 +53,13 @@ def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str], read_n
     -------
     int
         number of rows without a decision
+
+    Raises
+    ------
+    GradingError
+        If the file cannot be written.
+    OSError
+        If it has no rows, and cannot be deleted.
     """
     kept = {one: decision for one, decision in earlier.items() if decision or one.submission not in read_now}
     decided = {doubt.key: (doubt, decision) for doubt, decision in kept.items()}

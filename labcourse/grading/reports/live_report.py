@@ -30,7 +30,7 @@ class ProgressReport(AbstractContextManager["ProgressReport"], ABC):
 
     Attributes
     ----------
-    trouble : whether something was not as it should be
+    trouble : whether anything was ignored, or a run that was reported has problems
     """
 
     def __init__(self, total: int, ignored: list[Reason], absent: list[str]) -> None:

@@ -75,12 +75,13 @@ def as_html(text: str, pictures: Mapping[str, bytes] | None = None) -> Markup:
     Parameters
     ----------
     text : Markdown, untrusted
-    pictures : name, as in the text → PNG
+    pictures : name, as in the text → PNG; what is no PNG, or too large, is not shown
 
     Returns
     -------
     Markup
-        The text as it was typed, if it is nested or built so that nobody wrote it to be read.
+        HTML. The text is shown as it was typed if it is nested too deeply, becomes too large, or cannot be rendered. Of
+        a text longer than ``LONGEST``, only the beginning is shown, as it was typed.
     """
     text = no_escapes(text)
     if len(text) > LONGEST:
@@ -203,7 +204,7 @@ def _depth(node: Element) -> int:
 
 
 def _written(node: Element) -> str:
-    """Write an element and all in it as text of a page.
+    """Write an element and all in it as text of a page; of an unknown element, only what is in it.
 
     The library nh3 would need the same two lists, and would silently drop the letters of ``\\mathop{abc}``.
     """

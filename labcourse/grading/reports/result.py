@@ -90,7 +90,7 @@ class Result:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """The marks for every part of every question in the key."""
+        """The marks that count; in a student's copy, only those that were given back."""
         return self.graded.marks
 
     @property
@@ -100,13 +100,13 @@ class Result:
 
     @cached_property
     def counted(self) -> list[Mark]:
-        """The marks in what counts so far."""
+        """The marks that are worth points, in what counts so far; also those that the settings drop."""
         counted = {(item.question, item.part) for item in self.account.items}
         return [mark for mark in self.marks if mark.where in counted]
 
     @cached_property
     def sums(self) -> Sums:
-        """Points of the marks in what counts so far."""
+        """Points of the marks in :attr:`counted`."""
         return sums(self.counted)
 
     @property
@@ -115,11 +115,14 @@ class Result:
         return sums(self.marks).is_not_graded
 
     def undecided(self) -> list[Mark]:
-        """Return what is worth points, counts so far, and nobody has given or refused yet."""
+        """Return the marks in :attr:`counted` of which nobody has given or refused the points yet."""
         return [mark for mark in self.counted if mark.out_of and mark.status in UNDECIDED]
 
     def given_back(self, course: Course, notebooks: Collection[str] | None) -> Result:
-        """Return the student's copy, without the marks of notebooks that were not given back.
+        """Return the student's copy, without what was not given back.
+
+        Of other notebooks, leave out marks, marks that lapsed, comments by persons, and problems of the key. Requests
+        stay, and so do the marks of questions that the course does not ask any more.
 
         Parameters
         ----------
@@ -143,7 +146,7 @@ class Result:
 
 
 def with_marks(graded: Graded, is_shown: Callable[[Mark], bool]) -> Graded:
-    """Return a run with some of its marks, and without problems of the key in the others."""
+    """Return a run with some of its marks, also of those that lapsed, and without problems of the key in the others."""
     faults = key_faults(replace(graded, marks=tuple(mark for mark in graded.marks if not is_shown(mark)))).values()
     problems = tuple(problem for problem in graded.run.problems if problem not in faults)
     marks = tuple(mark for mark in graded.marks if is_shown(mark))
@@ -174,7 +177,7 @@ def account_in(book: Gradebook, course: Course, graded: Graded | None, about: St
     """Return the account of a student.
 
     Whoever handed in nothing has 0 points for what is due. In a course without any date nobody can say what is due, and
-    so they have no points.
+    so they have no points. Whoever handed in something that is not graded yet has no points either.
     """
     arrivals, excuses = received(book, about.student, graded), book.excuses(about.student)
     absent = nothing_given(course) if course.settings.dues and not arrivals else ()
@@ -183,15 +186,16 @@ def account_in(book: Gradebook, course: Course, graded: Graded | None, about: St
 
 
 def nothing_given(course: Course) -> tuple[Mark, ...]:
-    """Return the marks of somebody who gave no answer."""
+    """Return the marks of somebody who gave no answer: one of 0 points for each part that the class is asked."""
     parts = [(question.number, part) for question in course.asked_catalogue.marked.values() for part in question.parts]
     return tuple(Mark(number, part.name, Status.MISSING, 0.0, part.points, "") for number, part in parts)
 
 
 def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, Arrival]:
-    """Return when each notebook of a student came. What only a partner handed in is stored as the partner's.
+    """Return file name → when it was handed in, of each notebook of a student.
 
-    A partner's other notebooks are not the student's.
+    What only a partner handed in is stored as the partner's. It is added if the run that counts is on the partner's
+    bench, without what this run says was not handed in, or could not be read. The student's own times replace it.
 
     Parameters
     ----------

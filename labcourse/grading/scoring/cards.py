@@ -95,11 +95,13 @@ def _compared(course: Course, run: RunRecord, where: Where) -> str:
 
 
 def _kind(desk: Desk, where: Where) -> str:
+    """Return the kind of a part; "" if the course does not ask it any more."""
     kinds = {part.name: part.kind for part in _parts(desk.catalogue.marked.get(where[0]))}
     return kinds.get(where[1], "")
 
 
 def _shown(desk: Desk, answer: Answer) -> dict[str, Any]:
+    """Return what the template needs of an answer and of what belongs to it, also if there is no run."""
     where, judged = answer.where, desk.catalogue.report_judged
     graded = desk.book.current(answer.student)
     run, marks = (None, ()) if graded is None else (graded.run, graded.marks)
@@ -125,7 +127,10 @@ def report_of(desk: Desk, run: RunRecord | None, where: Where) -> ReportFile | N
 
 
 def _text(desk: Desk, run: RunRecord | None, answer: Answer) -> Markup:
-    """Return a text; of a report as a whole, all of its texts with their pictures; other answers as they are."""
+    """Return an answer as HTML: a text with its pictures; a report as a whole with those of all its texts.
+
+    Other answers are shown as plain text.
+    """
     if _kind(desk, answer.where) not in ("", *_WORDS):
         return Markup('<p class="value">{}</p>').format(no_escapes(answer.mark.given))
     words = {} if run is None else run.words

@@ -121,11 +121,14 @@ class Desk:
         return {student: f"Answer {place}" for place, student in enumerate(order, start=1)}
 
     def points(self, level: int, out_of: float) -> float:
-        """Return what a level is worth: exactly its share, or by the course's thresholds it may be another level."""
+        """Return the points of a level: its share of ``out_of``, not rounded.
+
+        Rounded points might be those of another level by the course's thresholds.
+        """
         return float(exact(self.levels.shares[level]) * exact(out_of))
 
     def due(self, where: Where) -> list[Answer]:
-        """Return the answers that wait for a scorer, in their order."""
+        """Return the answers that wait for a scorer, in their order; those left to the instructor are left out."""
         answers = sorted(self.book.scores.answers([where]), key=lambda one: shuffled(one.student, where))
         return [one for one in answers if one.waiting and not one.referred]
 
@@ -144,16 +147,16 @@ class Desk:
     # --- what comes next ----------------------------------------------------------------------------------------------
 
     def next(self, actor: str, where: Where) -> list[Answer]:
-        """Claim the next answer for a scorer; return it, and after it those that are equal.
+        """Claim the next answer for a scorer; return it, and after it those that are equal, as many as are shown.
 
         Returns
         -------
         list of Answer
-            Empty if nothing is left that nobody else is reading.
+            Without those that somebody else is reading; empty if none are left.
         """
         groups = defaultdict[str, list[Answer]](list)
         for answer in self.due(where):
-            groups[_compared(answer)].append(answer)
+            groups[_without_trifles(answer)].append(answer)
         first = {group[0].student: group for group in groups.values()}
         order = sorted(first, key=lambda student: self._put_off.get((actor, key_of(student, where)), 0))
         student = self.book.scores.claim(order, where, actor, HELD)
@@ -173,7 +176,7 @@ class Desk:
         return next(iter([*order[place + 1 :], *order[:place]]), None)
 
     def put_off(self, actor: str, key: str) -> None:
-        """Let an answer come again when there is nothing else."""
+        """Let an answer come to this scorer again when there is nothing else."""
         self._put_off[actor, key] = next(self._order)
 
     def find(self, where: Where, key: str) -> Answer | None:
@@ -248,7 +251,7 @@ class Desk:
         return self._act(where, picks, write)
 
     def ask(self, actor: str, where: Where, picks: Sequence[Pick], remark: str = "") -> Done:
-        """Leave answers to the instructor, with a question."""
+        """Leave answers to the instructor, with a question. Of an answer that has changed, nothing is written."""
 
         def write(answer: Answer) -> Act:
             return self.book.scores.ask(answer.student, where, actor, remark=remark, expected=answer.mark)
@@ -281,7 +284,10 @@ class Desk:
         return f"{label} has changed. {state(answer)} Nothing of yours was written for it."
 
     def last_acts(self, actor: str) -> list[Act]:
-        """Return what a scorer did last, with all that was done by the same key: what :meth:`undo` takes back."""
+        """Return what a scorer did last, with all that was done by the same key: what :meth:`undo` takes back.
+
+        Leave out what could not be taken back before.
+        """
         left = [act for act in standing(self.book.scores.acts(actor=actor)) if act.number not in self._stuck[actor]]
         together = self._together.get(left[-1].number, (left[-1].number,)) if left else ()
         by_number = {act.number: act for act in left}
@@ -327,8 +333,8 @@ def state(answer: Answer) -> str:
     return f"{by.actor} gave it {level}{points} at {moment(by.when)}{remark}"
 
 
-def _compared(answer: Answer) -> str:
-    """Return a text that is equal for equal answers; unique if it has a picture or a PDF.
+def _without_trifles(answer: Answer) -> str:
+    """Return a text that is equal for equal answers; unique for the student if it has a picture or a PDF.
 
     White space, signs at ends of words, and capitals at beginnings of sentences say nothing.
     """

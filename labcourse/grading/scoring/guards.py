@@ -111,7 +111,7 @@ class Site:
         return f"__Host-{name}" if self.is_secure else name
 
     def check_host(self, request: Request) -> None:
-        """Refuse a request that is not for this site, or does not come through its proxy."""
+        """Raise HTTPException: 403 if a request does not come by the site's proxy, 421 if it names another host."""
         if self.proxy is not None and ip_of(request.client.host if request.client else "") != self.proxy:
             raise HTTPException(403, "This server answers to its proxy only.")
         hosts = request.headers.getlist("host")
@@ -120,7 +120,7 @@ class Site:
             raise HTTPException(421, f"This server answers to {names} only.")
 
     def check_origin(self, request: Request) -> None:
-        """Refuse what a page of another origin sends or opens, as one at another port of this host."""
+        """Raise HTTPException (403) if a page of another origin sends or opens this; another port is another origin."""
         if request.method == "POST":
             is_own = request.headers.getlist("origin") == [f"{self.scheme}://{request.headers['host']}"]
         else:  # "none": the person typed it; a browser of before 2023 says nothing
@@ -216,15 +216,16 @@ class Guard:
 
         request = Request(scope, receive)
         try:
-            answer = await self._admit(request)
+            response = await self._admit(request)
         except (HTTPException, GradebookError) as refused:
-            answer = refusal(request, refused)
-        await (answer or self._app)(scope, receive, guarded)
+            response = refusal(request, refused)
+        await (response or self._app)(scope, receive, guarded)
 
     async def _admit(self, request: Request) -> Response | None:
-        """Check who sends a request; return the answer if it is not for the application.
+        """Check who sends a request; return the response if it is not for the application.
 
-        Returns None if the request may go on; its scope names the scorer then. Raises HTTPException if it may not.
+        Returns None if the request may go on; its scope names the scorer then. Raises HTTPException if it may not, and
+        GradebookError if the gradebook cannot be read.
         """
         if request.method not in ("GET", "HEAD", "POST"):
             raise HTTPException(405, "Method not allowed.")
@@ -243,7 +244,7 @@ class Guard:
         return None
 
     async def _enter(self, request: Request) -> Response:
-        """Exchange a token for a cookie."""
+        """Exchange the token in the header for a cookie. Raises HTTPException as :meth:`_name` does."""
         token = request.headers.get(TOKEN_HEADER, "")
         digest = Scorer("", token).digest if token else ""
         await self._name(request, digest)
@@ -253,7 +254,10 @@ class Guard:
         return response
 
     async def _name(self, request: Request, digest: str) -> str:
-        """Return who has the token of a digest. Raises HTTPException if nobody has it, or has it no more."""
+        """Return who has the token of a digest.
+
+        Raises HTTPException: 403 if nobody has it, or has it no more; 429 if its sender had too many wrong ones.
+        """
         if not digest:
             raise HTTPException(403, _CLOSED)
         found = await run_in_threadpool(self._find, digest)

@@ -33,7 +33,7 @@ LONGEST = 500  #: characters of a text; five lines, read before each of eighty a
 
 
 def _one_line(text: str) -> str:
-    """Join a text that was written over several lines."""
+    """Join a text that was written over several lines. Raises ValueError if it is empty, too long or not printable."""
     line = " ".join(text.split())
     if not (1 <= len(line) <= LONGEST and line.isprintable()):
         raise ValueError(f"a text of 1 to {LONGEST} printable characters is expected")
@@ -133,6 +133,7 @@ def _fault(where: Where, details: Any) -> str:
 
 
 def _item(content: Any) -> RubricItem:
+    """Return an entry of the file. Raises ValueError, or its kind ValidationError, if it is not valid."""
     item = RubricItem.model_validate(content)
     if len({*item.levels.values()}) < len(item.levels):
         raise ValueError("two of its levels say the same, so nobody can tell them apart.")

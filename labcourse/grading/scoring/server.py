@@ -144,7 +144,10 @@ class Pages:
         return _copy(self._class_page(link))
 
     def student(self, request: Request) -> Response:
-        """Show an instructor's copy of a student's feedback, or the students with a name."""
+        """Show an instructor's copy of a student's feedback; if not exactly one student fits, a list of those who do.
+
+        Raises HTTPException (404) if nothing of the student has been graded.
+        """
         wanted = request.query_params.get("id", "").strip()
         found = self._look_up(wanted)
         if len(found) != 1:
@@ -187,7 +190,10 @@ class Pages:
         }
 
     def report(self, request: Request) -> Response:
-        """Send the PDF that belongs to an answer. It is found by the answer, never by a name or a path."""
+        """Send the PDF that belongs to an answer. It is found by the answer, never by a name or a path.
+
+        Raises HTTPException: 400 without question or part, 404 without the answer or its PDF.
+        """
         answer = self.desk.find(_where(request), request.query_params.get("key", ""))
         graded = self.desk.book.current(answer.student) if answer is not None else None
         about = cards.report_of(self.desk, graded.run, answer.where) if answer and graded else None
@@ -204,7 +210,10 @@ class Pages:
         raise HTTPException(404, "There is no such report any more: open the answer again.")
 
     async def act(self, request: Request) -> Response:
-        """Do what a page asks for, and answer with what it shows next."""
+        """Do what a page asks for, and respond with what it shows next.
+
+        Raises HTTPException: 404 if there is no such act, or the answer is gone; 400 if what was sent is not valid.
+        """
         act = self._acts.get(request.path_params["name"])
         if act is None:
             raise HTTPException(404, "There is no such act.")
@@ -219,7 +228,7 @@ class Pages:
     # --- acts ---------------------------------------------------------------------------------------------------------
 
     def next(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
-        """Show the next answer, or that of a key."""
+        """Claim the next answer, or that of a key, and show it; that of a key also if another scorer has it."""
         if sent.skip:
             self.desk.put_off(scorer.name, sent.skip)
         if not sent.key:
@@ -231,7 +240,10 @@ class Pages:
         return self._reply(scorer, sent.where, [problem], [answer], trouble=bool(problem))
 
     def give(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
-        """Score what was shown and ticked."""
+        """Score what was shown and ticked.
+
+        Raises HTTPException (400) if nothing is ticked, or unless there are either points or a level that exists.
+        """
         if not sent.answers or (sent.level is None) == (sent.points is None):
             raise HTTPException(400, "Tick at least one answer, and give either a level or points.")
         if sent.level is not None and sent.level not in self.desk.levels.shares:
@@ -242,7 +254,7 @@ class Pages:
         return self._after(scorer, sent, done)
 
     def ask(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
-        """Leave what was shown and ticked to the instructor."""
+        """Leave what was shown and ticked to the instructor. Raises HTTPException (400) if nothing is ticked."""
         if not sent.answers:
             raise HTTPException(400, "Tick at least one answer.")
         return self._after(scorer, sent, self.desk.ask(scorer.name, sent.where, sent.answers, sent.remark.strip()))
@@ -264,7 +276,10 @@ class Pages:
         return self._reply(scorer, sent.where, messages, answers, again, trouble=bool(done.problems))
 
     def decide(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
-        """Give an answer that was opened by name points."""
+        """Give points to an answer that was opened by name.
+
+        Raises HTTPException: 400 unless it is one answer, with points and a remark; 404 if the answer is gone.
+        """
         if len(sent.answers) != 1 or sent.points is None or not sent.remark.strip():
             raise HTTPException(400, "Give points to one answer, with a remark: it says to the student why.")
         done = self.desk.give(scorer.name, sent.where, sent.answers, points=sent.points, remark=sent.remark.strip())
@@ -274,7 +289,10 @@ class Pages:
         return self._opened(scorer, sent, sent.answers[0].key, given)
 
     def note(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
-        """Write a comment on an answer that was opened by name, and leave the points."""
+        """Write a comment on an answer that was opened by name, and leave the points; nothing if it has changed.
+
+        Raises HTTPException: 400 unless it is one answer, with a remark; 404 if the answer is gone.
+        """
         remark = sent.remark.strip()
         if len(sent.answers) != 1 or not remark:
             raise HTTPException(400, "Write a remark: it is the note to the student.")
@@ -312,7 +330,10 @@ class Pages:
         again: Sent | None = None,
         trouble: bool = False,
     ) -> dict[str, Any]:
-        """Return the card of an answer that was opened by name, and messages; with what was typed if that failed."""
+        """Return the card of an answer that was opened by name, and messages; with what was typed if that failed.
+
+        Raises HTTPException (404) if there is no such answer.
+        """
         answer = self.desk.find(sent.where, key)
         if answer is None:
             raise HTTPException(404, " ".join([*messages, "This answer is not there any more."]))
@@ -323,7 +344,7 @@ class Pages:
         return {"html": html, "state": "", "message": message, "trouble": failed}
 
     def renew(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
-        """Hold on to what is shown."""
+        """Extend the claim of what is shown; return a message if that fails."""
         return {"message": self.desk.hold(scorer.name, sent.where, sent.key) or ""}
 
     def leave(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
@@ -406,6 +427,7 @@ def _copy(page: str) -> Response:
 
 
 def _where(request: Request) -> Where:
+    """Return question and part in a request's address. Raises HTTPException (400) without one of them."""
     question, part = (request.query_params.get(name, "") for name in ("question", "part"))
     if not question or not part:
         raise HTTPException(400, "Say which question and part.")

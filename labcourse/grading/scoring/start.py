@@ -35,7 +35,13 @@ _URL = re.compile(
 def find_site(
     url: str | None, proxy: str | None, certificate: Path | None, private_key: Path | None, *, only_address: bool
 ) -> Site | None:
-    """Return the site that other computers reach; None without --url."""
+    """Return the site that other computers reach; None without --url.
+
+    Raises
+    ------
+    GradingError
+        If options are missing that belong to those given, or as :func:`at` does.
+    """
     if private_key is not None and certificate is None:
         raise GradingError("--private-key belongs to a certificate: name it, too, by --certificate.")
     if url is not None:
@@ -101,7 +107,7 @@ def change_tokens(book: Gradebook, site: Site | None, new_token: str | None, rev
 
 
 def _make_tokens(book: Gradebook, site: Site, names: list[str]) -> None:
-    """Make a new address for each name, and print it."""
+    """Make a new address for each name in place of the former one, and print it."""
     for scorer in map(Scorer, names):
         book.tokens.replace(scorer.name, scorer.digest)
         say(f"{scorer.name}: {site.address(scorer.token)}")
@@ -129,6 +135,11 @@ def serve(
     site : that other computers reach; None for this computer alone
     port, browser : where to listen, 0 for any free port; whether to open a browser for the first scorer
     certificate, private_key : to encrypt with; None if a proxy does, or for this computer alone
+
+    Raises
+    ------
+    GradingError
+        If the certificate or the port cannot be used, nobody has an address, or the site's host is not confirmed.
     """
     if certificate is not None:
         check_certificate(certificate, private_key)
@@ -167,7 +178,10 @@ def _confirm_own_host(site: Site) -> None:
 
 
 def _let_in(book: Gradebook, site: Site, names: list[str]) -> Find:
-    """Print a new address for each name without a valid one; return who is let in: all with a valid one."""
+    """Print a new address for each name without a valid one; return who is let in: all with a valid one.
+
+    Raises GradingError if nobody is named or has one, or if the site's host is not confirmed to serve nothing else.
+    """
     former = book.tokens.valid()
     known = {token.actor.casefold() for token in former}
     if not names and not former:
@@ -189,7 +203,7 @@ def listening(port: int, everywhere: bool = False) -> socket.socket:
     Raises
     ------
     GradingError
-        If the port is taken.
+        If the port is taken, or cannot be used.
     """
     both = everywhere and socket.has_dualstack_ipv6()
     host, family = ("" if everywhere else "127.0.0.1"), socket.AF_INET6 if both else socket.AF_INET
