@@ -96,13 +96,21 @@ def at(url: str, proxy: str | None, encrypts: bool | None) -> Site:
 
 
 def change_tokens(book: Gradebook, site: Site | None, new_token: str | None, revoke: str | None) -> None:
-    """Revoke the address of a scorer; make a new one, and print it. A server that runs knows it at once."""
+    """Revoke the address of a scorer; make a new one, and print it. A server that runs knows it at once.
+
+    Raises
+    ------
+    GradingError
+        If a new address is for nobody, or there is no site for it. Then nothing is revoked either.
+    GradebookError
+        If the scorer to revoke has no address. Then none is made either.
+    """
+    if new_token is not None and (site is None or not new_token):
+        raise GradingError("Name the assistant for whom the address is, and give the page's address by --url.")
     if revoke is not None:
         book.tokens.revoke(revoke.strip())
         say(f"{revoke.strip()}'s address has ended. A page that is open with it does nothing more.")
-    if new_token is not None:
-        if site is None or not new_token:
-            raise GradingError("Name the assistant for whom the address is, and give the page's address by --url.")
+    if new_token is not None and site is not None:
         _make_tokens(book, site, [new_token])
 
 

@@ -91,6 +91,14 @@ def test_an_address_for_other_computers_is_shown_once_and_lasts_until_it_is_repl
     assert opened == []
 
 
+def test_no_address_is_revoked_if_a_new_one_cannot_be_made_or_the_other_way_round(marks):
+    run(marks, "--new-token", "Ann", "--url", URL)
+    assert run(marks, "--revoke", "Ann", "--new-token", "Bea").exit_code == 2
+    assert run(marks, "--revoke", "Cid", "--new-token", "Bea", "--url", URL).exit_code == 2
+    with Gradebook(marks / GRADEBOOK_FILE) as book:
+        assert [token.actor for token in book.tokens.valid()] == ["Ann"]
+
+
 @pytest.mark.parametrize("answer", ["", "\n", "y\n"])
 def test_for_others_nothing_is_served_unless_the_host_is_said_to_serve_nothing_else(marks, monkeypatch, answer):
     served = []
