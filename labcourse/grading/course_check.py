@@ -40,7 +40,7 @@ from labcourse.grading.release.student_notebooks import BEGIN_CODE, INSTRUCTOR_T
 from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.scoring import rubric
-from labcourse.grading.verdicts import Case, Check, OwnAnswers
+from labcourse.grading.verdicts import Case, OwnAnswers
 from labcourse.problems import Problem, Reason, Where
 from labcourse.run import reasons
 from labcourse.run.alignment import recorded
@@ -338,11 +338,11 @@ def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, Probl
     claims = decoding.with_reports(claims, course.catalogue)
     case = marking.case_of(course, claims, course.true_bench(SOLUTIONS_STUDENT), SEED)
     for number in [number for number in course.key if number in course.asked_catalogue.marked]:
-        checks, question = course.key[number], course.asked_catalogue.marked[number]
+        question = course.asked_catalogue.marked[number]
         for part in question.parts:
             own = _KnownAnswers(case.own, course.catalogue)
             why = sentence(missing.get((number, part.name), "its cell runs to its end, and leaves it empty."))
-            for fault in _faults_of_check(question, part, checks[part.name], claims, replace(case, own=own), why):
+            for fault in _faults_of_check(course, question, part, claims, replace(case, own=own), why):
                 yield CourseFault(_in_key(question, part), fault)
             for fault in own.unknown:
                 yield CourseFault(_in_key(question, part), f"it uses an answer that does not exist. {fault}")
@@ -366,7 +366,7 @@ class _KnownAnswers:
 
 
 def _faults_of_check(
-    question: Question, part: Part, check: Check, claims: Claims, case: Case, missing_reason: Reason
+    course: Course, question: Question, part: Part, claims: Claims, case: Case, missing_reason: Reason
 ) -> Iterator[str]:
     """Mark the solution of a part, and a wrong answer made of it; yield what is not as expected.
 
@@ -375,9 +375,10 @@ def _faults_of_check(
     claims : the solutions' answers
     missing_reason : why there is no answer to the part, if there is none
     """
+    check = course.key[question.number][part.name]
     expected = Status.FOR_A_PERSON if isinstance(check, ForAPerson) else Status.RIGHT
     try:
-        mark = marking.mark_part(question, part, check, claims, case)
+        mark = marking.mark_part(course, question, part, claims, case)
     except Exception as error:  # whatever a mistake in a key may raise
         yield f"it fails: {_error_text(error)}"
         return

@@ -29,7 +29,7 @@ import numpy as np
 from labcourse.answers import forms
 from labcourse.answers.parts import WHOLE, Part, Question
 from labcourse.errors import CourseError
-from labcourse.grading.course import Course
+from labcourse.grading.course import Course, package_folder
 from labcourse.grading.marking.decoding import Claims, time_limited, with_reports
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.submission import Submission
@@ -62,14 +62,14 @@ def mark(course: Course, claims: Claims, bench: Any, submission: Submission) -> 
     claims = with_reports(claims, course.catalogue, submission.documents)
     case = case_of(course, claims, bench, submission.probe_seed)
     marks = []
-    for number, checks in course.key.items():
+    for number in course.key:
         question = course.catalogue.find_marked(number)
         for part in question.parts:
             where = (number, part.name)
             if not _is_asked(course, where, submission.asked):
                 continue
             try:
-                mark = mark_part(question, part, checks[part.name], claims, case)
+                mark = mark_part(course, question, part, claims, case)
             except KeyFault as fault:
                 about = {"question": number, "part": part.name, "error": str(fault)}
                 claims.problems.append(Problem.of(Code.KEY_FAILED, **about))
@@ -105,34 +105,36 @@ def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case
     return Case(bench, lambda question, part: claims.values[question, part], probe_seed, truth_is_known)
 
 
-def mark_part(question: Question, part: Part, check: Check, claims: Claims, case: Case) -> Mark:
-    """Mark one part: an answer by its check, a malformed answer as wrong, and a missing one.
+def mark_part(course: Course, question: Question, part: Part, claims: Claims, case: Case) -> Mark:
+    """Mark one part: an answer by its check in the key, a malformed answer as wrong, and a missing one.
 
     Raises
     ------
     KeyFault
         If its check has a fault.
     """
-    where = (question.number, part.name)
+    where, check = (question.number, part.name), course.key[question.number][part.name]
     if where in claims.values:
-        verdict = _judge(lambda: check.verdict(part, claims.values[where], case))
+        verdict = _judge(course, lambda: check.verdict(part, claims.values[where], case))
     elif where in claims.malformed:
         verdict = Verdict(Status.WRONG, 0.0, Problem.of(Code.MALFORMED, error=claims.malformed[where]))
     else:
-        verdict = _verdict_on_missing(part, check, case)
+        verdict = _verdict_on_missing(course, part, check, case)
     points = round(verdict.share * part.points, 6)
     given = _as_text(part, claims, where)
     return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
 
 
-def _verdict_on_missing(part: Part, check: Check, case: Case) -> Verdict:
+def _verdict_on_missing(course: Course, part: Part, check: Check, case: Case) -> Verdict:
     """Return the verdict on a missing answer: missing, unless the check gives it points."""
     absent = Verdict(Status.MISSING, 0.0, _ABSENT.get(part.kind, Problem.of(Code.NOT_IN_THE_RUN)))
-    verdict = _judge(lambda: check.missing(part, case) or absent) if isinstance(check, JudgesMissing) else absent
+    if not isinstance(check, JudgesMissing):
+        return absent
+    verdict = _judge(course, lambda: check.missing(part, case) or absent)
     return verdict if verdict.share > 0 else absent
 
 
-def _judge(judge: Callable[[], Verdict]) -> Verdict:
+def _judge(course: Course, judge: Callable[[], Verdict]) -> Verdict:
     """Return a check's verdict; leave the answer to a person if calculating with it fails or takes too long.
 
     Raises
@@ -148,16 +150,20 @@ def _judge(judge: Callable[[], Verdict]) -> Verdict:
         why = Problem.of(Code.NOT_COMPARED, error=f"{type(error).__name__}: {error}")
         return Verdict(Status.FOR_A_PERSON, 0.0, why)
     except Exception as error:
-        raise KeyFault(_error_and_line(error)) from error
+        raise KeyFault(_error_and_line(course, error)) from error
 
 
-def _error_and_line(error: Exception) -> str:
-    """Return an error as text, with file and line of the last code that it passed outside of this folder."""
+def _error_and_line(course: Course, error: Exception) -> str:
+    """Return an error as text, with file and line of the course's last code that it passed.
+
+    If it passed none in the course's folder and packages, they are those of the last code outside of this folder.
+    """
     marking_folder = Path(__file__).resolve().parent
-    frames = traceback.extract_tb(error.__traceback__)
-    # The last line that is not of the code that marks is the course's.
-    lines = [frame for frame in frames if Path(frame.filename).resolve().parent != marking_folder]
-    place = f" ({Path(lines[-1].filename).name}, line {lines[-1].lineno})" if lines else ""
+    own = [folder.resolve() for folder in (course.folder, *map(package_folder, course.packages))]
+    frames = [(Path(frame.filename).resolve(), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    others = [frame for frame in frames if frame[0].parent != marking_folder]
+    of_course = [frame for frame in others if any(map(frame[0].is_relative_to, own))]
+    place = "".join(f" ({path.name}, line {line})" for path, line in (of_course or others)[-1:])
     return f"{type(error).__name__}: {error}{place}"
 
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import matplotlib.figure
 import numpy as np
@@ -269,6 +270,15 @@ def test_a_fault_of_a_check_that_looks_at_a_missing_answer_is_a_fault_of_the_key
     failed = [(one.code, one.parameters["question"], one.parameters["part"]) for one in claims.problems]
     assert failed == [(Code.KEY_FAILED, "2.11", part.name) for part in question.parts]
     assert all(one.parameters["error"].startswith("TypeError: ") for one in claims.problems)
+
+
+def test_a_fault_of_the_key_in_a_library_names_the_courses_line(bench):
+    question = CATALOGUE.find("2.11")
+    key = {"2.11": {part.name: Perhaps(lambda: np.linalg.det([["a"]])) for part in question.parts}}
+    claims = decoding.Claims()
+    course = replace(OURS, key=key, folder=Path(__file__).parent)
+    marking.mark(course, claims, bench, Submission(student="ada", probe_seed=7))
+    assert claims.problems and all("(test_marking.py, line " in one.parameters["error"] for one in claims.problems)
 
 
 OWN_BENCH = BenchPolicy(draw=OURS.draw)

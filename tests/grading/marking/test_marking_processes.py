@@ -10,7 +10,7 @@ from concurrent.futures import Future
 
 import psutil
 import pytest
-from made_courses import loaded
+from made_courses import OURS, loaded
 
 from labcourse.errors import GradingError
 from labcourse.grading.marking import decoding, marking, marking_processes
@@ -130,7 +130,7 @@ def test_an_answer_that_takes_too_long_is_for_a_person(monkeypatch):
             while True:
                 pass
 
-    verdict = marking._judge(Slow().verdict)
+    verdict = marking._judge(OURS, Slow().verdict)
     assert verdict.status.value == "for a person" and verdict.reason.code is Code.NOT_COMPARED
     error = verdict.reason.parameters["error"]
     assert "too long" not in error and "stopped after 0.05 s" in error
