@@ -217,9 +217,10 @@ _EXCLUDED_NAMES = (ANSWERS_FILE, RUBRIC_FILE, OUTCOMES_FILE, SHEETS_FILE, SETTIN
 def marking_digest(course: Course) -> str:
     """Return the digest of all that marks depend on. If it has changed, answers are marked again, without another run.
 
-    It covers the course's folder without its notebooks, its rubric and what is made from marks (a key may read a table
-    that lies beside it); the settings on which marks depend, so that another deadline marks nothing again; the modules
-    of the packages that students get (the true bench is made by them); and the modules of this package that mark.
+    It covers the course's folder without its notebooks, its rubric, what is made from marks, and what is hidden (a key
+    may read a table that lies beside it); the settings on which marks depend, so that another deadline marks nothing
+    again; the modules of the packages that students get (the true bench is made by them); and the modules of this
+    package that mark.
     """
     digest = hashlib.sha256(repr(course.settings.of_marking()).encode())
     for path in _files_marks_depend_on(course):
@@ -231,11 +232,12 @@ def marking_digest(course: Course) -> str:
 def _files_marks_depend_on(course: Course) -> Iterator[Path]:
     """Yield the files on which marks depend.
 
-    These are all files of the course's folder but notebooks, excluded names and what lies in hidden folders; the .py
-    files of labcourse that mark; and those of the students' packages.
+    These are all files of the course's folder but notebooks, excluded names, and what is hidden or in a hidden folder;
+    the .py files of labcourse that mark; and those of the students' packages.
     """
     for path in sorted(course.folder.rglob("*")):
-        hidden = any(part.startswith((".", "__")) for part in path.relative_to(course.folder).parts[:-1])
+        folders = path.relative_to(course.folder).parts[:-1]
+        hidden = path.name.startswith(".") or any(part.startswith((".", "__")) for part in folders)
         excluded = hidden or path.name in _EXCLUDED_NAMES or any(map(path.match, _EXCLUDED_PATTERNS))
         if path.is_file() and not excluded:
             yield path

@@ -37,6 +37,7 @@ def test_the_same_is_the_same(tree):
 
 #: What a run leaves beside the key, what has no part in marking, and what hides in a folder.
 NO_PART = ["02_finding_stiffness.ipynb", "answers.json", "rubric.toml", "outcomes.toml", "sheets.toml"]
+NO_PART += [".DS_Store", ".course.py.swp"]
 NO_PART += [f"{folder}/HEAD.py" for folder in (".git", "__pycache__", "a/.ipynb_checkpoints")]
 NO_PART = [f"solutions/{name}" for name in NO_PART]
 MODULES = ("reports/feedback", "isolation/sandbox", "intake/reading", "gradebook/store", "accounts")
