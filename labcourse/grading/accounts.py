@@ -394,7 +394,7 @@ def account_of(course: Course, handed: Handed, when: datetime | None = None) -> 
     """Compute a student's points by the settings of a course.
 
     Leave out marks that are worth nothing. Put marks of notebooks in no assignment into a last assignment with the
-    title "". Their notebook is "" if the course does not ask the question any more.
+    title "", in the order of the notebooks' names. A notebook is "" if the course does not ask the question any more.
 
     Parameters
     ----------
@@ -408,7 +408,7 @@ def account_of(course: Course, handed: Handed, when: datetime | None = None) -> 
         if mark.out_of:
             name = course.notebook_of(mark.question)
             items[name].append(_item(mark, name, work.get(name), settings))
-    unassigned = Assignment("", tuple(items.keys() - work.keys()))
+    unassigned = Assignment("", tuple(sorted(items.keys() - work.keys())))
     grades = []
     for one in [*of_course(course), unassigned]:
         own_works = tuple(work[name] for name in one.notebooks if name in work)

@@ -118,6 +118,12 @@ def test_of_deadlines_the_latest_that_is_for_student_and_notebook_counts():
     assert lateness(CourseSettings(deadlines=deadlines[2:]), ADA, "x", None) is None
 
 
+def test_notebooks_in_no_assignment_come_last_in_order():
+    found = account(marks([1.0] * len(PARTS)), marks=MarkSettings(drop=tuple(OURS.catalogue.marked))).assignments
+    last = [name for one in found if not one.title for name in one.assignment.notebooks]
+    assert last == sorted(last) and len(last) > 1 and not found[-1].title
+
+
 @pytest.mark.parametrize(("per_day", "waits"), [(10, True), (0, False)])
 @pytest.mark.parametrize("after", [-1, 1])
 def test_a_time_that_only_the_students_computer_wrote_is_no_time_of_receipt(per_day, waits, after):
