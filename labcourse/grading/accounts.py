@@ -286,7 +286,8 @@ class Account:
     @property
     def later(self) -> str:
         """The titles of the assignments that do not count yet, without those from which the student is excused."""
-        return ", ".join(one.title for one in self.assignments if not one.counts and not one.is_excused)
+        later = (one.title for one in self.assignments if not one.counts and not one.is_excused)
+        return ", ".join(filter(None, later))
 
     def given_back(self, notebooks: Collection[str] | None) -> Account:
         """Return the account as the student may see it.
@@ -294,7 +295,8 @@ class Account:
         Parameters
         ----------
         notebooks : names, without ending, of those of which the marks were given back; None for all. An assignment is
-            given back when all of its notebooks are.
+            given back when all of its notebooks are. Marks of questions that the course does not ask any more are
+            given back only with all
         """
         if notebooks is None:
             return self

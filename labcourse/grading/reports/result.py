@@ -121,8 +121,8 @@ class Result:
     def given_back(self, course: Course, notebooks: Collection[str] | None) -> Result:
         """Return the student's copy, without what was not given back.
 
-        Of other notebooks, leave out marks, marks that lapsed, comments by persons, and problems of the key. Requests
-        stay, and so do the marks of questions that the course does not ask any more.
+        Of other notebooks, and of questions that the course does not ask any more, leave out marks, marks that lapsed,
+        comments by persons, and problems of the key. Requests and comments on the whole work stay.
 
         Parameters
         ----------
@@ -131,17 +131,16 @@ class Result:
         """
         if notebooks is None:
             return self
-        shown = {"", *notebooks}
 
         def is_shown(about: Mark | CommentRecord) -> bool:
-            return course.notebook_of(about.question) in shown
+            return course.notebook_of(about.question) in notebooks
 
         return replace(
             self,
             graded=with_marks(self.graded, is_shown),
-            comments=[comment for comment in self.comments if comment.asks or is_shown(comment)],
+            comments=[one for one in self.comments if one.asks or one.question is None or is_shown(one)],
             account=self.account.given_back(notebooks),
-            hidden={question.notebook for question in course.catalogue.marked.values()} - shown,
+            hidden={question.notebook for question in course.catalogue.marked.values()} - {*notebooks},
         )
 
 

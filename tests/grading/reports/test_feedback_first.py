@@ -37,13 +37,13 @@ MARKS = (
 )
 
 
-def page(when=BETWEEN, excused=(), back=None, names=(PRELAB, STIFFNESS)):
+def page(when=BETWEEN, excused=(), back=None, names=(PRELAB, STIFFNESS), marks=MARKS):
     arrived = {f"{name}.ipynb": Arrival(datetime(2026, 10, 30, tzinfo=UTC)) for name in names}
     excuses = {name: Excuse(1, "ada", name, True, "lea", "ill", BEFORE) for name in excused}
-    run, ada = graded("ada", *MARKS), StudentRecord("ada")
-    account = account_of(COURSE, Handed(ada, MARKS, arrived, run, excuses), when)
+    run, ada = graded("ada", *marks), StudentRecord("ada")
+    account = account_of(COURSE, Handed(ada, marks, arrived, run, excuses), when)
     asked = CommentRecord("ada", "2.11", "Why?", "lea", BEFORE, "omega_n", asks=True, is_open=True)
-    whole = Result(run, ada, account, [asked])
+    whole = Result(run, ada, account, [asked, CommentRecord("ada", None, "Well done.", "lea", BEFORE)])
     return seen(feedback.page(whole.given_back(COURSE, back), COURSE))
 
 
@@ -74,6 +74,14 @@ def test_of_what_is_not_given_back_the_page_has_the_state_alone():
     assert "Lab 2 waits for a person, not given back yet of 3" in text and "Not given back yet: Lab 2" in text
     assert "Natural frequency" not in text and "looking at again" not in text
     assert "None of your marks is given back yet. The marks of Lab 1, Lab 2 come here" in page(back=[VALIDATION])
+
+
+def test_a_mark_of_what_is_not_asked_any_more_is_shown_and_counts_when_everything_is_given_back():
+    marks = (*MARKS, Mark("9.9", "old", "right", 1.0, 1.0, "Equal.", "1"))
+    everything, one = page(marks=marks), page(marks=marks, back=[PRELAB])
+    assert "So far 3.00 of 6 points." in everything and "9.9" in everything
+    assert "So far 2.00 of 2 points." in one and "9.9" not in one
+    assert "not given back: Lab 2, Lab 3, 04 modeling results" in one and ",." not in one and "Well done." in one
 
 
 def test_what_is_missing_is_in_its_line_and_not_among_the_things_to_look_at():
