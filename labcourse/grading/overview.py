@@ -510,8 +510,8 @@ def far_below(students: Iterable[Student]) -> list[tuple[Student, float, float]]
     Returns
     -------
     list
-        Student, their share (0 to 1), and the median; the smallest share first. Students of whom nothing is graded or
-        decided are left out; nobody is far below if fewer than five are left.
+        Student, their share (0 to 1), and the median; the smallest share first. Students without any decided points
+        are left out; the list is empty if fewer than five are left.
     """
     graded = (student for student in students if student.graded is not None)
     shares = [(student, share) for student in graded if (share := _decided_share(student.account)) is not None]
