@@ -138,7 +138,7 @@ class Class:
         }
 
     def of_notebook(self, name: str) -> Fraction:
-        """Return the points of a notebook."""
+        """Return the points of a notebook that count, in the column of its assignment; 0 if it is in none."""
         parts = (where for where in self.worths if self.course.notebook_of(where[0]) == name)
         return sum((self.worths[where] for where in parts), Fraction(0))
 
@@ -151,7 +151,7 @@ class Class:
         return next((one for one in self.assignments if self.course.notebook_of(question) in one.notebooks), None)
 
     def at_stake(self, student: Student, wheres: Iterable[Where]) -> Fraction:
-        """Add up the points of some answers of a student, without those from which the student is excused."""
+        """Add up the points of some answers, without those that do not count or from which the student is excused."""
         there = (one for one in wheres if one in self.worths and self.course.notebook_of(one[0]) in student.work)
         return sum((self.worths[one] for one in there), Fraction(0))
 
@@ -272,7 +272,10 @@ CAUSES = (
 
 
 def causes(student: Student) -> dict[tuple[Mishap, Problem], list[Problem]]:
-    """Return the causes that the problems of a student's run name, each with what to do → the problems."""
+    """Return the causes that the problems of a student's run name, each with what to do → the problems.
+
+    Of several causes that fit a problem, the first counts; problems that no cause fits are left out.
+    """
     found: dict[tuple[Mishap, Problem], list[Problem]] = {}
     if student.graded is not None:
         run = student.graded.run
@@ -317,7 +320,10 @@ def _by_run(of: Class) -> Iterator[Task]:
 
 
 def _by_mark(of: Class) -> Iterator[Task]:
-    """Yield faults of the key, marks of an older key, and marks by persons that do not hold any more."""
+    """Yield faults of the key, marks of an older key, and marks by persons that do not hold any more.
+
+    Students without a run, or with a run that failed, are left out.
+    """
     digest = marking_digest(of.course)
     for student in of.students:
         graded = student.graded
@@ -406,7 +412,10 @@ def _moved(of: Class, change: ChangedMark) -> Fraction:
 
 
 def _names_nobody(of: Class) -> Iterator[Task]:
-    """Yield names in the settings, submissions and students that belong to nobody of the class."""
+    """Yield names in the settings, submissions and students that belong to nobody of the class, and other doubts.
+
+    Times in doubt are left out; so are students who are not on the roster, if nobody is.
+    """
     deadlines, extensions = unknown_names(of.course.settings, (student.about for student in of.students))
     for where, names in (("deadlines", deadlines), ("extensions", extensions)):
         if names:

@@ -68,6 +68,7 @@ def _in_words(mark: Mark | None) -> str:
 
 
 def _as_json(mark: Mark | None) -> dict[str, Any] | None:
+    """Return a mark as plain data, without the answer; None without a mark."""
     if mark is None:
         return None
     return {"status": mark.status, "points": mark.points, "out_of": mark.out_of, "reason": sentence(mark.reason)}

@@ -204,7 +204,7 @@ def _not_written(failures: dict[Path, OSError]) -> GradingError:
 
 
 def _as_json(result: Result) -> dict[str, Any]:
-    """Return the content of ``marks.json``."""
+    """Return the content of ``marks.json``; total and account are None if nothing could be marked."""
     about, run, sums = result.about, result.run, result.sums
     graded = not result.not_graded
     return {
