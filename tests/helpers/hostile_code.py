@@ -152,8 +152,8 @@ report["planted"] = os.path.exists("/tmp/planted")
 CODE = {
     "lingers": Attack({"q0-1": LINGERS, "q2-12": LINGERS}),
     "changes-answers-later": Attack({"q0-1": CHANGES_ANSWERS_LATER}, exactly=False, runs=False),
-    # It harms itself only: its own answers are written with the json that it has broken.
-    "patches-libraries": Attack({"q2-12": PATCHES_LIBRARIES}, earns={}, trouble=("cannot be read",), runs=False),
+    # It harms itself only: with the json that it has broken, no further answer is taken.
+    "patches-libraries": Attack({"q2-12": PATCHES_LIBRARIES}, runs=False),
     "patches-lab": Attack({"q2-12": PATCHES_LAB}, finds={"total": 999}, trouble=("Malformed",)),
     "patches-the-shell": Attack({"q2-12": PATCHES_THE_SHELL}),
     "liars": Attack({"q2-11": LIARS, "q2-12": LIARS_AGAIN}),
