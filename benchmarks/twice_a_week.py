@@ -32,7 +32,9 @@ from labcourse.grading import batch
 from labcourse.grading import course as courses
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, RunRecord
+from labcourse.grading.graded_run import record_of, submission_of
 from labcourse.grading.running.runner import RunLimits
+from labcourse.grading.submission import Submission
 from labcourse.student_id import GRADEBOOK_FILE
 
 NEW = 5  # students who hand in something new
@@ -121,17 +123,18 @@ class _Filled(batch.Batch):
         super().__init__(submissions, course, book, batch.Settings(limits=RunLimits(submission=600), jobs=JOBS))
         self._model = model
 
-    def _run(self, run: RunRecord, *_: Any) -> RunRecord:
-        return replace(run, answers=answers_of(self._model.run, run.student), cells=self._model.run.cells)
+    def _run(self, submission: Submission, *_: Any) -> None:
+        submission.answers = answers_of(self._model.run, submission.student)
+        submission.cell_reports = submission_of(self._model.run).cell_reports
 
-    def _mark(self, run: RunRecord, *_: Any) -> Graded:
-        drawn = random.Random(run.student)
+    def _mark(self, submission: Submission, *_: Any) -> None:
+        drawn = random.Random(submission.student)
         wrong = {"status": "wrong", "points": 0.0, "reason": "It does not fit your bench."}
         marks = [
             replace(mark, **wrong) if mark.status == "right" and drawn.random() < 0.1 else mark
             for mark in self._model.marks
         ]
-        return Graded(run, tuple(marks), self._key_digest)
+        submission.graded = Graded(record_of(submission, isolated=True), tuple(marks), self._key_digest)
 
 
 def _decide(book: Gradebook, graded: Graded, number: int) -> None:
