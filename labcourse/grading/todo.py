@@ -173,7 +173,7 @@ def todo(of: Class) -> list[Task]:
 
 
 def _joined(tasks: Sequence[Task]) -> Task:
-    """Return one task for all students of whom the same is to do."""
+    """Return one task for all students for whom there is the same thing to do."""
     who = tuple(dict.fromkeys(student for task in tasks for student in task.who))
     worths = [task.worth for task in tasks if task.worth is not None]
     command = tasks[0].command.replace(_STUDENT, quote(who[0]) if who else _STUDENT)

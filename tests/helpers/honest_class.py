@@ -209,7 +209,7 @@ def exports_beside(work: Work) -> None:
 
 
 def only(work: Work, *numbers: str) -> Files:
-    """The files of a hand-in, without the notebooks whose names start with none of these numbers."""
+    """The files of a hand-in, with those notebooks only that have one of these numbers."""
     return {n: content for n, content in work.contents().items() if n.startswith(numbers) or not n.endswith(".ipynb")}
 
 
