@@ -119,7 +119,7 @@ def make_axis(
 
 
 def _round_step(step: float) -> float:
-    """Return the least round number that is not below a step: 1, 2, 2.5 or 5 times a power of ten."""
+    """Return the least round number that is not below a step: 1, 2, 2½ or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(step))
     return next(nice * power for nice in (1, 2, 2.5, 5, 10, 20) if nice * power >= step * (1 - 1e-9))
 
