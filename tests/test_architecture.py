@@ -27,7 +27,7 @@ MAY_REPEAT = {
         "gain_by_place",  # in continuous time, and sampled
         "state_space",  # in numbers, and in symbols
     },
-    "labcourse": {"Lab"},  # what a report needs of a session; and the session of a new course, in its template
+    "labcourse": set(),
 }
 
 

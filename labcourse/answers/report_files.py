@@ -36,7 +36,7 @@ _GIVEN = pattern(r"^\[PDF: [\w.-]+, SHA-256 [0-9a-f]{64}\]$", ANSWER, re.MULTILI
 _SIGNS = pattern(r"\W+")
 
 
-class Lab(Protocol):
+class ReportSession(Protocol):
     """What a report needs of a student's session: the questions, who they are, and their answers."""
 
     catalogue: Catalogue
@@ -189,7 +189,7 @@ def read_all(folder: Path, catalogue: Catalogue) -> tuple[dict[str, bytes], list
 # --- the texts of a report --------------------------------------------------------------------------------------------
 
 
-def outline(report: str, lab: Lab) -> str:
+def outline(report: str, lab: ReportSession) -> str:
     """List the rows of a report as a Markdown table: text, the questions that it uses, and what is still missing.
 
     Parameters
@@ -225,7 +225,7 @@ def in_one_piece(items: Iterable[ReportItem], texts: Mapping[str, str]) -> str:
     )
 
 
-def _progress(item: ReportItem, lab: Lab) -> str:
+def _progress(item: ReportItem, lab: ReportSession) -> str:
     """Say which answers of a report's row are missing: those that it shows, and its own text.
 
     With an own document, the text counts as written. For a row on the report as a whole, return "".

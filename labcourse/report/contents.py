@@ -105,7 +105,7 @@ class Contents:
     problems: tuple[str, ...] = ()
 
 
-def read(lab: report_files.Lab, folder: Path, report: str, now: datetime) -> Contents:
+def read(lab: report_files.ReportSession, folder: Path, report: str, now: datetime) -> Contents:
     """Read the contents of a student's report as they are now.
 
     Parameters
@@ -125,7 +125,7 @@ def read(lab: report_files.Lab, folder: Path, report: str, now: datetime) -> Con
 
 
 class _Reading:
-    def __init__(self, lab: report_files.Lab, folder: Path, report: str) -> None:
+    def __init__(self, lab: report_files.ReportSession, folder: Path, report: str) -> None:
         self._lab, self._folder, self._report = lab, folder, report
         self._catalogue = lab.catalogue
         name = f"{lab.catalogue.reports[report].notebook}.ipynb"

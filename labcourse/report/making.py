@@ -26,7 +26,9 @@ NEEDED = {"pypandoc": "pypandoc_binary", "typst": "typst"}
 _NOT_CHECKED = "Now read it. Are all texts, answers and captions there, and does a text refer to each figure?"
 
 
-def report(lab: report_files.Lab, folder: Path, name: str, cell: str = "", pdf: str | os.PathLike[str] = "") -> None:
+def report(
+    lab: report_files.ReportSession, folder: Path, name: str, cell: str = "", pdf: str | os.PathLike[str] = ""
+) -> None:
     """Write a report as HTML and as PDF, and show where they are and what is not in them.
 
     Parameters
@@ -91,7 +93,7 @@ def find(reports: Iterable[str], name: str) -> str:
     return (exact or matches)[0]
 
 
-def _make(lab: report_files.Lab, folder: Path, number: str) -> None:
+def _make(lab: report_files.ReportSession, folder: Path, number: str) -> None:
     from labcourse.report import contents, pandoc, writing  # they need the libraries
 
     started = time.perf_counter()
@@ -130,7 +132,7 @@ def _link(name: str) -> str:
 # --- a button --------------------------------------------------------------------------------------------------------
 
 
-def button(report: str, lab: report_files.Lab) -> None:
+def button(report: str, lab: report_files.ReportSession) -> None:
     """Show a button that makes a report, and below it what there is to say of it.
 
     Parameters
