@@ -13,6 +13,7 @@ import numpy as np
 
 from labcourse.benches import OWN, REAL, BenchPolicy
 from labcourse.errors import GradingError
+from labcourse.problems import Where
 from rotflex import design, model
 from rotflex.config import Joint, Servo
 
@@ -75,7 +76,7 @@ def _gain(student: str, policy: BenchPolicy) -> Any:
     return np.reshape(design.gain_by_place(by_voltage.A, by_voltage.B, desired_poles()), (1, 4))
 
 
-GIVEN: dict[tuple[str, str], Callable[[str, BenchPolicy], Any]] = {
+GIVEN: dict[Where, Callable[[str, BenchPolicy], Any]] = {
     **{("2.12", name): partial(_of_joint, name) for name in ("J_l", "K_s")},
     **{("2.14", name): partial(_matrix, name) for name in "ABCD"},
     ("3.8", "K"): _gain,
