@@ -1,8 +1,8 @@
 """The honest class: ways of handing in a solved course, thought up by someone who had not read the code.
 
 The first lot is to have full marks, however it was written and packed. In the second something is wrong, honestly, and
-the student has to be told what: ``told``. `honest_hand_in` says what a way is; `solved_notebooks` makes what they all
-begin with.
+``told`` is what has to be said to the student. `honest_hand_in` says what a way is; `solved_notebooks` makes what they
+all begin with.
 """
 
 import copy

@@ -15,7 +15,7 @@ SIGNS = tuple((motor, servo, link) for motor in (1, -1) for servo in (1, -1) for
 
 
 class _Turned(VirtualBoard):
-    """A board whose counters may count the other way than the virtual bench's own."""
+    """A board with counters that may count the other way than those of the virtual bench."""
 
     turned = (1, 1)
 

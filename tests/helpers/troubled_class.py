@@ -1,4 +1,4 @@
-"""A small class with trouble of many kinds, whose notebooks are done in a moment.
+"""A small class with trouble of many kinds; its notebooks run in a moment.
 
 The course is a mass on a spring (``tests/courses/spring``) with other questions: a stiffness, words about it, a mass
 that builds on the stiffness, a load that the key cannot mark, and a report.

@@ -1,4 +1,4 @@
-"""Take over a gradebook of the version before: what was handed in, and what persons decided; not runs and marks.
+"""Take over a gradebook of an earlier version: what was handed in, and what persons decided; not runs and marks.
 
 Runs and marks are made anew from the files that are stored in it (``grade MARKS EARLIER.sqlite``).
 """
@@ -7,20 +7,20 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from labcourse.errors import GradebookError
-from labcourse.grading.gradebook.database import VERSION
+from labcourse.grading.gradebook.database import TAKEN_OVER
 from labcourse.grading.gradebook.records import Base
 
 _MAGIC = b"SQLite format 3\0"
 _MADE_ANEW = ("gradebook", "runs", "marks", "claims")
 #: Columns that held a text and hold JSON now.
-_JSON = {("decisions", "reason")}
+_TEXTS = frozenset({("decisions", "reason")})
 _HAS_FILES = "EXISTS (SELECT 1 FROM earlier.deliveries WHERE deliveries.student_id = runs.student_id)"
 _CURRENT = f"""
     SELECT students.student, runs.cells, runs.supplied, {_HAS_FILES}
@@ -58,7 +58,7 @@ def take_over(new: Path, earlier: Path) -> dict[str, EarlierRun]:
     Parameters
     ----------
     new : file of a gradebook without students, or of one that was made from this earlier one
-    earlier : file of a gradebook of the version before
+    earlier : file of a gradebook of an earlier version
 
     Returns
     -------
@@ -76,13 +76,14 @@ def take_over(new: Path, earlier: Path) -> dict[str, EarlierRun]:
             connection.execute("ATTACH DATABASE ? AS earlier", (f"{earlier}",))
             about = connection.execute("SELECT version, secret FROM earlier.gradebook").fetchone()
             version, secret = about or (0, b"")
-            if version != VERSION - 1:
-                raise GradebookError(f"{earlier} has version {version}, and only {VERSION - 1} can be taken over.")
+            if version not in TAKEN_OVER:
+                known = " and ".join(map(str, TAKEN_OVER))
+                raise GradebookError(f"{earlier} has version {version}, and only {known} can be taken over.")
             connection.execute("BEGIN IMMEDIATE")
             if connection.execute("SELECT secret FROM gradebook").fetchone() != (secret,):
                 if connection.execute("SELECT count(*) FROM students").fetchone() != (0,):
                     raise GradebookError(f"{new} has students already. Name a new gradebook, and then {earlier}.")
-                _copy(connection)
+                _copy(connection, _TEXTS if version == min(TAKEN_OVER) else frozenset())
                 connection.execute("UPDATE gradebook SET secret = ?", (secret,))
             connection.execute("COMMIT")
             runs = connection.execute(_CURRENT).fetchall()
@@ -91,12 +92,12 @@ def take_over(new: Path, earlier: Path) -> dict[str, EarlierRun]:
     return {student: _run(cells, supplied, has_files) for student, cells, supplied, has_files in runs}
 
 
-def _copy(connection: sqlite3.Connection) -> None:
+def _copy(connection: sqlite3.Connection, texts: Collection[tuple[str, str]]) -> None:
     """Copy the rows of all tables that are not made anew; texts that are JSON now are quoted."""
     for table in Base.metadata.sorted_tables:
         if table.name not in _MADE_ANEW:
             names = [column.name for column in table.columns]
-            values = [f'json_quote("{name}")' if (table.name, name) in _JSON else f'"{name}"' for name in names]
+            values = [f'json_quote("{name}")' if (table.name, name) in texts else f'"{name}"' for name in names]
             columns = ", ".join(f'"{name}"' for name in names)
             connection.execute(
                 f'INSERT INTO "{table.name}" ({columns}) SELECT {", ".join(values)} FROM earlier."{table.name}"'

@@ -680,7 +680,7 @@ def _states(marks: Mapping[Where, Mark]) -> dict[Where, MarkState]:
 
 
 def _taken_over(session: Session, student_id: int, new: Mapping[Where, MarkState]) -> dict[Where, MarkState]:
-    """Return the marks that a student had in the gradebook of the version before, as its audit trail has them.
+    """Return the marks that a student had in the gradebook of an earlier version, as its audit trail has them.
 
     A mark that is the same now has the present reason, which may have been a text and be a problem now.
     """

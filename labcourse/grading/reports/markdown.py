@@ -75,7 +75,7 @@ def as_html(text: str, pictures: Mapping[str, bytes] | None = None) -> Markup:
     Parameters
     ----------
     text : Markdown, untrusted
-    pictures : name, as in the text → PNG; what is no PNG, or too large, is not shown
+    pictures : name, as in the text → PNG; anything else, and a picture that is too large, is left out
 
     Returns
     -------

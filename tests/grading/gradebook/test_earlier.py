@@ -6,7 +6,7 @@ from contextlib import closing
 
 import pytest
 from command_line import rotflex, said
-from earlier_gradebook import VERSION, turned_back
+from earlier_gradebook import turned_back, with_other_names
 from fake_class import FakeClass, left, perfect
 from gradebook_dump import dump
 from set_clock import END_OF_TERM, set_clock
@@ -200,8 +200,8 @@ def test_after_an_interrupt_it_goes_on(old):
 def test_an_interrupt_while_it_is_copied_leaves_nothing_of_it(old, monkeypatch):
     copy = earlier._copy
 
-    def interrupted(connection):
-        copy(connection)
+    def interrupted(connection, texts):
+        copy(connection, texts)
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
@@ -227,7 +227,14 @@ def test_a_damaged_gradebook_is_refused_in_a_line(old):
     assert "Traceback" not in str(old.say("grade", old.folder / "of-damaged", damaged, code=2))
 
 
-@pytest.mark.parametrize("version", [9, VERSION + 1])
+def test_one_with_other_names_of_what_is_known_of_a_run_is_taken_over_too(old):
+    other = with_other_names(old.book_file, old.folder / "other.sqlite")
+    assert f"rotflex grade NEW {other}" in said(old.say("status", other, code=2))
+    old.say("grade", old.folder / "from-other", other)
+    assert contents(old.folder / "from-other" / "gradebook.sqlite") == contents(old.book_file)
+
+
+@pytest.mark.parametrize("version", [9, 13])
 def test_another_version_is_not_taken_over(old, version):
     other = turned_back(old.book_file, old.folder / f"version-{version}.sqlite", version)
     old.say("grade", old.folder / f"from-{version}", other, code=2)
