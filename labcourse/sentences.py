@@ -310,9 +310,14 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "One more file of yours does not come along, either.", "{count} more files of yours do not come along, either."
     ),
     Code.ARRIVED: "From the submission of {time} UTC ({source}): {names}.",
-    Code.OTHER_ASSIGNMENT: (
-        "{where} in {source} is not taken, as only {title} is graded now; the version that was handed in before counts."
+    Code.VERSION_WORTH_LESS: "{where} of {time} UTC is worth less than that of {counts} UTC, which counts.",
+    Code.VERSION_NOT_RUN: (
+        "{where} of {time} UTC is so late that it could not be worth more than that of {counts} UTC, which counts."
     ),
+    Code.VERSION_AFTER_GIVEN_BACK: (
+        "{where} of {time} UTC came after the marks were given back. It counts only if an instructor takes it."
+    ),
+    Code.VERSION_TAKEN: "{where} of {time} UTC counts, as your instructor decided.",
     # who was erased
     Code.ERASED_HANDED_IN: (
         "{student} was erased on {when}, but there is a submission of theirs. It is not taken in: delete it "
@@ -516,7 +521,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.TODO_DECIDE_ANSWER: "waits for a person: {answer}. {reason!t}",
     Code.TODO_ANSWER_REQUEST: "a request to look again at {answer}.",
     Code.TODO_MARKS_MOVED: "marks of {title} moved since you gave them back.",
-    Code.TODO_HANDED_IN_AGAIN: "{title}: a version came after you gave it back. It counts, late or not.",
+    Code.TODO_HANDED_IN_AGAIN: "{title}: a version came after you gave it back. It counts only if you take it.",
     Code.TODO_GIVE_BACK: "marked: all of {title}, and not given back yet.",
     Code.TODO_CORRECT_SETTINGS: ("course.toml has unknown students or sections in {where}: {names!l}. Correct it."),
     Code.TODO_FIND_OWNERS: (

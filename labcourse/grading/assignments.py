@@ -82,6 +82,14 @@ def find(course: Course, name: str) -> Assignment:
     raise GradingError(f"There is no assignment {name!r}. There are: {', '.join(one.title for one in assignments)}.")
 
 
+def notebook(course: Course, name: str) -> str:
+    """Return the notebook, without ending, that a name or a number (as "02") means. Raises GradingError without one."""
+    for one in (notebook for assignment in of_course(course) for notebook in assignment.notebooks):
+        if caseless(name.removesuffix(".ipynb")) in (caseless(one), caseless(short(one))):
+            return one
+    raise GradingError(f"No assignment has a notebook {name!r}.")
+
+
 def given_back(publications: Iterable[Publication]) -> frozenset[str] | None:
     """Return the notebooks, without ending, of which students may see the marks; None for all notebooks.
 
@@ -271,10 +279,11 @@ def works(course: Course, handed: Handed, when: datetime | None = None) -> dict[
     """
     settings, when, graded = course.settings, when or clock.now(), handed.graded
     names = [name for assignment in of_course(course) for name in assignment.notebooks]
-    timings = {name: lateness(settings, handed.student, name, handed.received.get(f"{name}.ipynb")) for name in names}
+    untouched = submission_of(graded.run).untouched if graded is not None else ()
+    arrivals = {name: None if name in untouched else handed.received.get(f"{name}.ipynb") for name in names}
+    timings = {name: lateness(settings, handed.student, name, arrivals[name]) for name in names}
     last = max((timing.until for timing in timings.values() if timing is not None), default=None)
     grace = timedelta(hours=settings.late.grace_hours)
-    untouched = submission_of(graded.run).untouched if graded is not None else ()
     problems = () if graded is None else graded.run.problems
     unread = [one for one in problems if isinstance(one, Problem) and one.code is Code.SUBMISSION_UNREAD]
     statuses = _statuses(course, handed.marks)

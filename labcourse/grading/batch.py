@@ -10,35 +10,42 @@ from __future__ import annotations
 
 import hashlib
 import hmac
-from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+import threading
+from collections import defaultdict, deque
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
+from fractions import Fraction
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import labcourse
+from labcourse import course_file
 from labcourse.answers import report_files, schema
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.benches import REAL
 from labcourse.errors import IsolationError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.grading import graded_run, intake
+from labcourse.grading import counting, graded_run, intake
+from labcourse.grading.assignments import of_course
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Delivery, EarlierRun, Gradebook, Graded
+from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, Graded, Stored, StudentRecord
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.marking_processes import Marker, marking_digest
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.running import runner
 from labcourse.grading.running.bundle import Bundle, Bundles
-from labcourse.grading.running.prepared import content_digest, prepare, run_content, submission_digest
+from labcourse.grading.running.prepared import content_digest, not_run, prepare, run_content, submission_digest
 from labcourse.grading.running.supplied import Supplied, values_for
 from labcourse.grading.settings import Assignment
-from labcourse.grading.submission import TIME_RECEIVED, Decisions, Submission
-from labcourse.problems import Code, Problem, Reason, Where
+from labcourse.grading.submission import NEVER, TIME_RECEIVED, Decisions, Submission
+from labcourse.grading.versions import Folder, Lateness, Rules, StoredHandIn, Versions, choose, in_order
+from labcourse.problems import OF_READING, Code, Problem, Reason, Where
 from labcourse.run.inside import EVIDENCE_FILE
 from labcourse.run.reasons import explain
 from labcourse.student_id import caseless
@@ -87,8 +94,8 @@ class Batch:
 
     Parameters
     ----------
-    submissions : folder that holds a folder or a zip for each student; or, to grade the files that the gradebook has
-        taken over from an earlier one, ID of each student → what to know of their run
+    submissions : folder that holds a folder or a zip for each student; or IDs of students, to grade the files that the
+        gradebook has of them
     course : the course, with its key
     gradebook : where results are stored
     settings : how to grade
@@ -100,8 +107,6 @@ class Batch:
     sources : what was read, to which rows of ``intake.csv`` belong: archives, folders, files, and students
     absent : students of the gradebook's roster who have not handed in anything
     doubts : what an instructor may decide otherwise; complete when all are graded
-    left_out : problems that name notebooks that are not taken, as they are of another assignment; complete when all are
-        graded
 
     Raises
     ------
@@ -111,7 +116,7 @@ class Batch:
 
     def __init__(
         self,
-        submissions: Path | Mapping[str, EarlierRun],
+        submissions: Path | Collection[str],
         course: Course,
         gradebook: Gradebook,
         settings: Settings | None = None,
@@ -125,7 +130,7 @@ class Batch:
         if isinstance(submissions, Path):
             collected = find(submissions, roster, settings.times, earlier=named)
         else:
-            collected = intake.ClassFolder(_stored(submissions, named), [])
+            collected = intake.ClassFolder([Submission(student=student) for student in submissions], [])
         # A declined partner who handed in nothing and has no marks is left out.
         found = [
             one
@@ -133,22 +138,28 @@ class Batch:
             if one.pieces or one.unconfirmed or not isinstance(submissions, Path) or gradebook.current(one.student)
         ]
         taken, erased = leave_out_erased(gradebook, found, settings.again)
-        self._waiting = deque((*taken, *take_from_earlier_owners(gradebook, taken), *no_longer_named(gradebook, taken)))
+        taken += [*take_from_earlier_owners(gradebook, taken), *no_longer_named(gradebook, taken)]
+        again = [] if not isinstance(submissions, Path) else outdated(gradebook, course, taken)
+        self._as_stored = {one.student for one in again} if isinstance(submissions, Path) else {*submissions}
+        self._waiting = deque((*taken, *again))
         self.students = [submission.student for submission in self._waiting]
         self.sources = collected.read
         self._bundles = Bundles(course)
         self._how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
         given = [*self._how, settings.probe_seed, settings.supplied]
         self._basis = content_digest([self._bundles.digest(), _code_digest(), given])
-        self._masters = {
-            name: {cell["id"]: cell for cell in notebook["cells"]}
-            for name, notebook in self._bundles.current.pristine.items()
-        }
-        self._reports = list(report_files.names(course.catalogue).values())
+        self._masters = {name: _by_id(notebook) for name, notebook in self._bundles.current.pristine.items()}
+        reports = report_files.names(course.catalogue)
+        self._reports = {pdf: f"{course.notebook_of(number)}.ipynb" for number, pdf in reports.items()}
+        self._roster = {caseless(student.student): student for student in gradebook.students()}
+        self._publications = gradebook.publications()
+        self._changed: dict[str, bool] = {}  # digest of a notebook → whether a student wrote something in it
+        self._released: dict[str, str] = {}  # digest of a course.json → name of the release
+        self._possible = counting.possible(course)
+        self._running = defaultdict[str, threading.Lock](threading.Lock)
         self.ignored: list[Reason] = [*collected.ignored, *erased, *self._bundles.problems]
         time_matters = course.settings.dues and course.settings.late.per_day
         self.doubts = [doubt for doubt in collected.doubts if doubt.about != TIME_RECEIVED or time_matters]
-        self.left_out: list[Problem] = []
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
 
@@ -182,100 +193,240 @@ class Batch:
                 pool.stop()
 
     def _begun(self) -> Iterator[Submission]:
-        """Yield the submissions that wait to be graded, and keep none: each holds all its files once it is read."""
+        """Yield the submissions that wait to be graded, and keep none: each holds all its files once it is read.
+
+        Those of students on whose folder others were run are read first, so that all of the folder is there.
+        """
+        benches = {piece.folder_of for one in self._waiting for piece in one.pieces if piece.folder_of != one.student}
+        for submission in self._waiting:
+            if submission.student in benches:
+                self._receive(submission)
         while self._waiting:
             yield self._waiting.popleft()
 
     def _grade(self, submission: Submission, pool: runner.Pool, marker: Marker) -> Submission:
-        """Grade one submission, without storing marks. Only IsolationError is raised; others make it fail."""
+        """Grade one submission, without changing what counts. Only IsolationError is raised; others make it fail."""
         submission.before = current = self._gradebook.current(submission.student)
         try:
-            self._read(submission)
+            if not submission.prepared_from:
+                self._receive(submission)
             marked = current if current and current.key_digest == self._key_digest else None  # by the key as it is
             if marked and marked.run.prepared_from == submission.prepared_from:
                 return _unchanged(submission, marked)
-            self._prepare(submission)
-            self._identify(submission)
-            if marked and (marked.run.key, marked.run.submission) == (submission.key, submission.digest):
-                self._gradebook.note_prepared(submission.key, submission.prepared_from)
+            submission.graded = self._count(submission, pool, marker)
+            if marked and _same_run(marked, submission.graded):
+                self._gradebook.note_prepared(marked.run.key, submission.prepared_from)
                 return _unchanged(submission, marked)
-            self._run(submission, pool, marker)
-            self._explain(submission)
-            self._mark(submission, marker)
         except IsolationError:
             raise
         except Exception as error:  # a fault of ours; it must not cost the others their marks
             submission.has_run, submission.graded = True, self._failed(submission, error)
         return submission
 
-    def _read(self, submission: Submission) -> None:
-        """Read the files of a submission, and of what waits until a person confirms a partner."""
+    # --- what was handed in -------------------------------------------------------------------------------------------
+
+    def _receive(self, submission: Submission) -> None:
+        """Read the files of a submission, and of what waits until a person confirms a partner; store what is new."""
         names, masters, decisions = self._bundles.names, self._masters, self._settings.decisions
-        owner = submission.claimed_by or submission.student
-        read = partial(intake.read, packages=self._course.packages, reports=self._reports, decisions=decisions)
-        read(submission, names, masters, earlier=partial(self._gradebook.delivered, owner))
+        reports, only, student = [*self._reports], self._settings.only, submission.student
+        intake.read(submission, names, masters, packages=self._course.packages, reports=reports, decisions=decisions)
         self.doubts += submission.doubts
+        if student in self._as_stored and (before := self._gradebook.current(student)):
+            of_reading = graded_run.submission_of(before.run)
+            submission.problems += filter(_is_of_reading, of_reading.problems)
+            submission.notes += filter(_is_of_reading, of_reading.notes)
         for piece in submission.unconfirmed:
             partner = piece.owner.students[0]
             theirs = intake.read(Submission(student=partner, pieces=(piece,)), names, masters)
             for name in {item.name for item in theirs.items} & {*names}:
                 submission.waiting.setdefault(name, []).append(partner)
-        if self._settings.only is not None:
-            self._limit_to(self._settings.only, submission, owner)
+        earlier = [row.name for row in self._gradebook.stored(student)]
+        for item in submission.items:
+            item.assignment = only.title if only else ""
+        self._gradebook.deliver(student, submission.items)
+        store_common_work(self._gradebook, submission)
+        versions = self._versions(submission)
+        self._note_empty(submission, versions)
+        self._limit_unread(submission, versions)
+        submission.problems += intake.unread_problems(submission, earlier) if submission.pieces else []
+        submission.items.clear()  # they are stored
         submission.prepared_from = self._prepared_from(submission)
 
-    def _limit_to(self, only: Assignment, submission: Submission, owner: str) -> None:
-        """Leave out notebooks of other assignments that the student handed in before with something written in them.
+    def _versions(self, submission: Submission) -> Versions:
+        """Return the versions of a student's notebooks, of all that the gradebook has of them."""
+        student, course = submission.student, self._course
+        rows = {student: self._gradebook.stored(student)}
+        for owner in {row.folder_of for row in rows[student]} - {student, ""}:
+            theirs = self._gradebook.stored(owner)
+            known = {(row.name, row.source, row.received) for row in theirs}
+            used = [row for row in rows[student] if row.folder_of == owner]
+            rows[owner] = theirs and [*theirs, *(r for r in used if (r.name, r.source, r.received) not in known)]
+        for one, stored in rows.items():
+            self._learn(one, stored)
+        about = self._roster.get(caseless(student), StudentRecord(student))
+        hand_ins = {one: in_order(stored) for one, stored in rows.items()}
 
-        One that differs from the version before is noted.
+        def lateness(notebook: str, hand_in: StoredHandIn) -> Lateness:
+            arrival = Arrival(hand_in.received, hand_in.clock)
+            return counting.how_late(course, about, notebook.removesuffix(".ipynb"), arrival)
 
-        What cannot be read of the submission makes only notebooks of the assignment undecided.
+        rules = Rules(
+            notebooks=self._bundles.names,
+            reports=self._reports,
+            is_changed=lambda _name, digest: self._changed[digest],
+            release_of=self._released.__getitem__,
+            lateness=lateness,
+            closed=self._closed(hand_ins[student]),
+            taken={
+                f"{name}.ipynb": (act.source, act.received)
+                for name, act in self._gradebook.takes(student).items()
+                if act.received is not None
+            },
+        )
+        return Versions(student, hand_ins, rules)
 
-        Parameters
-        ----------
-        only : the assignment for which the submission was handed in
-        submission : as it was read
-        owner : ID of the student who handed in
+    def _learn(self, student: str, rows: Sequence[Stored]) -> None:
+        """Read which of a student's stored notebooks are changed, and which releases their course.json name."""
+        names = {*self._bundles.names}
+        unknown = {row.digest: row.name for row in rows if row.name in names and row.digest not in self._changed}
+        files = {row.digest: row.name for row in rows if row.name == COURSE_FILE and row.digest not in self._released}
+        for digest, content in self._gradebook.contents(student, {**unknown, **files}).items():
+            if digest in unknown:
+                masters = self._bundles.masters(unknown[digest])
+                self._changed[digest] = intake.is_changed(content, masters)
+            else:
+                self._released[digest] = str(intake.course_data(content).get(course_file.RELEASE_KEY, ""))
+
+    def _closed(self, hand_ins: Sequence[StoredHandIn]) -> dict[str, datetime]:
+        """Return notebook's file name → when its assignment was given back to a student with something counting."""
+        first: dict[str, datetime] = {}
+        for hand_in in hand_ins:
+            for name, digest in hand_in.files.items():
+                if name in self._bundles.names and self._changed[digest]:
+                    first[name] = min(hand_in.since, first.get(name, hand_in.since))
+        closed: dict[str, datetime] = {}
+        for assignment in of_course(self._course):
+            own = [f"{name}.ipynb" for name in assignment.notebooks]
+            begun = min((first[name] for name in own if name in first), default=None)
+            for publication in self._publications:
+                if begun is not None and begun <= publication.when:
+                    given = (f"{name}.ipynb" for name in publication.notebooks)
+                    for name in {*own}.intersection(given if publication.notebooks else own):
+                        closed.setdefault(name, publication.when)
+        return closed
+
+    def _note_empty(self, submission: Submission, versions: Versions) -> None:
+        """Note the notebooks in which nothing is written, where an earlier version is changed and counts."""
+        newest = versions.newest()
+        for item in submission.items:
+            if item.name in self._bundles.names and not self._changed[item.digest]:
+                earlier = newest.came.get(item.name)
+                if earlier and self._changed[newest.files[item.name]] and earlier.received <= item.received:
+                    note = Problem.of(Code.EMPTY_BESIDE_ANSWERED, item.name, source=item.source)
+                    submission.notes.append(note)
+
+    def _limit_unread(self, submission: Submission, versions: Versions) -> None:
+        """Say which notebooks an unreadable piece leaves undecided: those of its assignment without any version.
+
+        Pieces that could not be read before are still unread, unless they are read now, or a later piece was.
         """
-        own = {f"{name}.ipynb" for name in only.notebooks}
-        before = {
-            file.name: file.digest
-            for file in self._gradebook.delivered(owner)
-            if file.name in self._masters.keys() - own and intake.is_answered(file, self._masters[file.name])
-        }
-        submission.unreadable = [
-            replace(problem, parameters={**problem.parameters, "notebooks": sorted(own)})
-            for problem in submission.unreadable
+        only = self._settings.only
+        concerned = [f"{name}.ipynb" for name in only.notebooks] if only else [*self._bundles.names]
+        pieces = {(piece.source, piece.received.isoformat()) for piece in submission.pieces}
+        before = submission.before or self._gradebook.current(submission.student)
+        earlier = [
+            one
+            for one in (before.run.problems if before else ())
+            if isinstance(one, Problem)
+            and one.code is Code.SUBMISSION_UNREAD
+            and (one.where, one.parameters.get("received")) not in pieces
         ]
-        for item in [item for item in submission.items if item.name in before]:
-            submission.items.remove(item)
-            if item.digest != before[item.name]:
-                note = Problem.of(Code.OTHER_ASSIGNMENT, item.name, source=item.source, title=only.title)
-                submission.notes.append(note)
-                self.left_out.append(note)
+        about = {"notebooks": concerned, "of_assignment": only is not None}
+        submission.unreadable = [replace(one, parameters={**one.parameters, **about}) for one in submission.unreadable]
+        found, submission.unreadable = [*earlier, *submission.unreadable], []
+        for one in found:
+            is_replaced = one in earlier and not one.parameters["of_assignment"] and submission.has_notebooks
+            open_ = [name for name in one.parameters["notebooks"] if not versions.of(name)]
+            if is_replaced or not open_:
+                submission.notes.append(one)
+            else:
+                submission.unreadable.append(replace(one, parameters={**one.parameters, "notebooks": open_}))
 
     def _prepared_from(self, submission: Submission) -> str:
         """Return the digest of all that preparing a submission depends on: if it is the same, nothing is prepared."""
-        course_program_and_settings = self._basis
-        found = [submission.student, submission.bench_of, submission.partners, submission.claimed_by]
-        files = [(item.name, item.digest, item.received, item.source, item.clock) for item in submission.items]
+        course_program_and_settings, student = self._basis, submission.student
+        found = [student, submission.bench_of, submission.partners]
         read = [sorted(submission.names), submission.python, submission.waiting]
         said = [submission.problems, submission.notes, submission.faults, submission.unread, submission.unreadable]
-        stored = [self._gradebook.stored(one) for one in (submission.student, submission.claimed_by) if one]
-        return content_digest([course_program_and_settings, found, files, read, said, stored])
+        own = self._gradebook.stored(student)
+        benches = sorted({row.folder_of for row in own} - {student, ""})
+        rows = [own, *map(self._gradebook.stored, benches)]
+        stored = [[row._replace(stored=NEVER) for row in of_one] for of_one in rows]  # when it was stored is no part
+        settings, before = self._course.settings, self._gradebook.current(student)
+        about = self._roster.get(caseless(student), StudentRecord(student))
+        when = [settings.late, settings.dues, settings.extensions, about.section, about.aliases]
+        given_back = [(one.when, one.notebooks) for one in self._publications]
+        taken = [(name, act.source, act.received) for name, act in sorted(self._gradebook.takes(student).items())]
+        by_persons: list[Any] = []
+        if before is not None and counting.has_several(before.run.versions):  # on which the choice depends
+            by_persons = [vars(mark) for mark in before.marks if mark.status == Status.BY_A_PERSON]
+        chosen_by = [when, given_back, taken, by_persons]
+        return content_digest([course_program_and_settings, found, read, said, stored, chosen_by])
 
-    def _prepare(self, submission: Submission) -> None:
-        """Store the student's new files (not a partner's), then prepare the newest version of each file for the run.
+    # --- what counts of it --------------------------------------------------------------------------------------------
 
-        Problems and notes are added to the submission.
-        """
-        handed_in_before = store_submission(self._gradebook, submission)
-        # If another program stores a file after this line, the next batch finds another digest, and prepares it again.
-        submission.prepared_from = self._prepared_from(submission)
-        files = delivered(self._gradebook, submission, self._masters)
-        arrivals = intake.choose_newest(submission, files, self._bundles.names, self._reports)
+    def _count(self, submission: Submission, pool: runner.Pool, marker: Marker) -> Graded:
+        """Run the folders that are needed, and return what counts: each notebook of the version that is worth most."""
+        versions, course = self._versions(submission), self._course
+        notebooks = self._bundles.names
+        given, folders = self._gradebook.given_marks(submission.student), list[tuple[Folder, Graded]]()
+
+        def run(folder: Folder) -> Graded:
+            folders.append((folder, self._graded_folder(submission, folder, pool, marker)))
+            return folders[-1][1]
+
+        def worth(graded: Graded, name: str) -> Fraction:
+            return counting.worth(course, graded, given, name.removesuffix(".ipynb"))
+
+        choices = choose(versions, notebooks, run, worth, self._possible, partial(counting.holds, course))
+        if not folders:
+            run(versions.newest())
+        newest, base = max(folders, key=lambda one: one[0].place)
+        entries = counting.entries_of(course, choices, versions, base.run.key, newest)
+        about = self._roster.get(caseless(submission.student), StudentRecord(submission.student))
+        runs = {graded.run.key: graded for _folder, graded in folders}
+        if counting.has_several(entries):
+            for graded in runs.values():
+                self._gradebook.keep(graded)
+        made = counting.assembled(course, about, entries, runs, given)
+        return replace(made, run=replace(made.run, prepared_from=submission.prepared_from))
+
+    def _graded_folder(self, submission: Submission, folder: Folder, pool: runner.Pool, marker: Marker) -> Graded:
+        """Run and mark a folder of a student's, or return the stored run of an equal one with its marks."""
+        part = replace(submission, bench_of=folder.bench_of)
+        part.problems, part.notes = [*submission.problems], [*submission.notes]
+        part.doubts, part.items = [], []
+        self._prepare(part, folder)
+        self._identify(part)
+        known = self._gradebook.find_made(part.key)
+        if known and known.key_digest == self._key_digest and known.run.submission == part.digest:
+            submission.has_run = False
+            return known
+        with self._running[part.ran] if part.partners else nullcontext():  # a pair's folder is run once
+            self._run(part, pool, marker)
+            self._explain(part)
+            self._mark(part, marker)
+            if part.partners:
+                self._gradebook.keep(part.graded)
+        submission.has_run = part.has_run
+        return part.graded
+
+    def _prepare(self, submission: Submission, folder: Folder) -> None:
+        """Prepare a folder for its run. Problems and notes are added to the submission."""
+        arrivals = intake.choose_newest(
+            submission, self._files(submission, folder), self._bundles.names, [*self._reports]
+        )
         chosen = self._bundles.choose(submission.notebooks, submission.course)
-        submission.problems += intake.unread_problems(submission, handed_in_before) if submission.pieces else []
         submission.problems += chosen.problems
         catalogue = chosen.bundle.catalogue
         wanted = {f"{catalogue.everything[question].notebook}.ipynb" for question, _part in chosen.bundle.asked_parts}
@@ -284,18 +435,30 @@ class Batch:
         every_cell, supplied = self._settings.every_cell, self._supplied(submission)
         prepare(submission, chosen.bundle, self._course.catalogue, every_cell=every_cell, supplied=supplied)
 
+    def _files(self, submission: Submission, folder: Folder) -> list[Delivery]:
+        """Return the files of a folder, with their contents."""
+        contents: dict[str, bytes] = {}
+        for owner in dict.fromkeys((submission.student, *(one.folder_of for one in folder.came.values()))):
+            contents |= self._gradebook.contents(owner, {*folder.files.values()} - {*contents}) if owner else {}
+        return [
+            Delivery(name, digest, contents[digest], came.received, came.source, came.clock)
+            for name, digest in sorted(folder.files.items())
+            if (came := folder.came[name])
+        ]
+
     def _identify(self, submission: Submission) -> None:
-        """Set two digests by which an equal submission is known: of all that its run depends on, and of all of it.
+        """Set the digests by which an equal submission is known: of what is run, of what is marked, and of all of it.
 
         Set the probe seed, too: that of the settings, or else one drawn from the gradebook's secret and the run.
         """
         content = run_content(submission)
-        run = content_digest([submission.student, content, self._how])
+        run = content_digest([content, self._how])
         seed = self._settings.probe_seed
         if seed is None:  # only somebody who has the gradebook can compute it
             drawn = hmac.digest(self._secret, run.encode(), "sha256")
             seed = int.from_bytes(drawn) % 2**PROBE_SEED_BITS
-        submission.key, submission.probe_seed = content_digest([run, seed]), seed
+        submission.ran, submission.probe_seed = content_digest([run, seed]), seed
+        submission.key = content_digest([submission.student, submission.ran, not_run(submission)])
         submission.digest = submission_digest(submission, content)
 
     def _run(self, submission: Submission, pool: runner.Pool, marker: Marker) -> None:
@@ -303,8 +466,8 @@ class Batch:
 
         If there are no notebooks of the course, nothing is run.
         """
-        if known := self._gradebook.find(submission.key):
-            run = graded_run.submission_of(known.run)
+        if known := self._gradebook.run_of(submission.ran):
+            run = graded_run.submission_of(known)
             submission.answers, submission.cell_reports = run.answers, run.cell_reports
             submission.ended, submission.evidence, submission.has_run = run.ended, run.evidence, False
             return
@@ -421,6 +584,23 @@ class Batch:
         return marking.nothing_earned(self._course, reason, status, self._asked(bundle))
 
 
+def _is_of_reading(message: Reason) -> bool:
+    """Return whether a message is about how a hand-in was found and read, which is not done again."""
+    return isinstance(message, Problem) and message.code in OF_READING
+
+
+def _by_id(notebook: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the cells of a notebook by id."""
+    return {cell["id"]: cell for cell in notebook["cells"]}
+
+
+def _same_run(marked: Graded, new: Graded) -> bool:
+    """Return whether what counts now is what counted before."""
+    runs = (marked.run, new.run)
+    first, second = ((run.key, run.submission, [*run.versions]) for run in runs)
+    return first == second
+
+
 def _unchanged(submission: Submission, current: Graded) -> Submission:
     """Return a submission with the run and the marks that counted before, as nothing about it has changed."""
     submission.graded, submission.has_run, submission.is_new = current, False, False
@@ -447,75 +627,20 @@ def _not_there(submission: Submission, catalogue: Catalogue) -> dict[Where, Prob
     return why
 
 
-def _stored(runs: Mapping[str, EarlierRun], named: Callable[[str], Collection[str] | None]) -> list[Submission]:
-    """Return a submission without pieces for each student of an earlier gradebook, with the partner who handed in.
-
-    The files are in the gradebook already.
-
-    Parameters
-    ----------
-    runs : ID of each student → what to know of their run
-    named : function of a student's ID: returns the students whom their ``course.json`` names; None without files
-    """
-    submissions = []
-    for student, run in runs.items():
-        bench_of = run.bench_of or student
-        # The bench may be the student's own, although a partner handed in.
-        same_bench = (one for one, other in runs.items() if other.has_files and other.bench_of == run.bench_of)
-        partners = (one for one in same_bench if caseless(student) in map(caseless, named(one) or ()))
-        partner = student if run.has_files else next(partners, bench_of)
-        submission = Submission(student=student, bench_of=bench_of)
-        if partner != student:
-            submission.claimed_by = partner
-            submission.notes.append(Problem.of(Code.HANDED_IN_BY_PARTNER, partner=partner))
-        submissions.append(submission)
-    return submissions
-
-
 # --- what the gradebook has of earlier submissions --------------------------------------------------------------------
 
 
-def store_submission(gradebook: Gradebook, submission: Submission) -> list[str]:
-    """Store the files of a submission that are not in the gradebook yet.
-
-    If a partner handed in for this student, the files stay the partner's.
-
-    Parameters
-    ----------
-    gradebook : where it is stored
-    submission : as it was read
-
-    Returns
-    -------
-    list
-        Names of the files that were handed in before, by the student or by that partner.
-    """
-    students = filter(None, (submission.student, submission.claimed_by))
-    earlier = [name for student in students for name, *_about in gradebook.stored(student)]
-    if not submission.claimed_by:
-        gradebook.deliver(submission.student, submission.items)
-    return earlier
-
-
-def delivered(gradebook: Gradebook, submission: Submission, masters: Mapping[str, intake.Master]) -> list[Delivery]:
-    """Return the files that were handed in for a student until now. Two versions of a partner's file may be among them.
-
-    A partner's files replace the student's own of the same names, whatever their times; but no notebook that the
-    student handed in themselves with something written in it.
-
-    Parameters
-    ----------
-    gradebook, submission : as for :func:`store_submission`
-    masters : file name → cells of the course's notebooks
-    """
-    own = gradebook.delivered(submission.student)
-    if not submission.claimed_by:
-        return own
-    answered = {one.name for one in own if one.name in masters and intake.is_answered(one, masters[one.name])}
-    partners = [*gradebook.delivered(submission.claimed_by), *submission.items]
-    partners = [one for one in partners if one.name not in answered]
-    names = {one.name for one in partners}
-    return [*partners, *(one for one in own if one.name not in names)]
+def store_common_work(gradebook: Gradebook, submission: Submission) -> None:
+    """Store for a student what partners handed in before in both names, when nobody had confirmed that yet."""
+    student = submission.student
+    own = {(row.source, row.received) for row in gradebook.stored(student)}
+    for partner in submission.partners:
+        rows = [row for row in gradebook.stored(partner) if row.name == COURSE_FILE]
+        contents = gradebook.contents(partner, {row.digest for row in rows})
+        for row in rows:
+            named = map(caseless, intake.students_in(contents[row.digest]))
+            if (row.source, row.received) not in own and caseless(student) in named:
+                gradebook.copy_files(partner, student, row.source, row.received)
 
 
 def students_named_before(gradebook: Gradebook, student: str) -> list[str] | None:
@@ -543,9 +668,9 @@ def take_from_earlier_owners(gradebook: Gradebook, submissions: Sequence[Submiss
     present = {caseless(submission.student) for submission in submissions}
     emptied: dict[str, Submission] = {}
     for owner, piece in ((submission.student, piece) for submission in submissions for piece in submission.pieces):
-        if piece.owner.is_decided:
+        if piece.owner.is_decided or piece.owner.declined:
             reason = Problem.of(Code.GIVEN_TO_OWNER, piece.source, owner=owner)
-            for student in gradebook.delete_of_others(piece.source, piece.received, owner):
+            for student in gradebook.delete_of_others(piece.source, piece.received, piece.owner.everybody):
                 emptied[student] = Submission(student=student, problems=[reason])
     return [submission for student, submission in emptied.items() if caseless(student) not in present]
 
@@ -560,6 +685,15 @@ def no_longer_named(gradebook: Gradebook, submissions: Sequence[Submission]) -> 
     names = {caseless(name) for named in before for name in named} - present
     current = filter(None, map(gradebook.current, sorted(names)))
     return [Submission(student=one.run.student) for one in current if graded_run.submission_of(one.run).waits]
+
+
+def outdated(gradebook: Gradebook, course: Course, submissions: Sequence[Submission]) -> list[Submission]:
+    """Return an empty submission for each student whose versions were chosen by other deadlines or extensions."""
+    present, rules = {caseless(one.student) for one in submissions}, counting.rules_of(course)
+    chosen = (
+        (student, entries) for student, entries in gradebook.versions().items() if caseless(student) not in present
+    )
+    return [Submission(student=student) for student, entries in chosen if entries and entries[0]["rules"] != rules]
 
 
 def leave_out_erased(

@@ -30,7 +30,7 @@ from labcourse.sentences import sentences
 from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
 
 if TYPE_CHECKING:
-    from labcourse.grading.gradebook import EarlierRun, Erased, Gradebook
+    from labcourse.grading.gradebook import Erased, Gradebook
 
 ALL_WELL, SOME_TROUBLE, NO_ISOLATION = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
 _COURSE, _CLASS, _PERSON = "Course", "Class", "Person"  # panels of --help
@@ -344,11 +344,11 @@ def grade(
     except IsolationError as error:
         isolation_report.print_refusal(error)
         raise typer.Exit(NO_ISOLATION) from None
-    say(*sentences(batch.left_out), *reports.notices(), *_doubts_text(folder / INTAKE_FILE, rows), err=True)
+    say(*reports.notices(), *_doubts_text(folder / INTAKE_FILE, rows), err=True)
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
 
-def _taken_over(marks: str, submissions: Path) -> dict[str, EarlierRun] | None:
+def _taken_over(marks: str, submissions: Path) -> dict[str, dict[str, Any]] | None:
     """Take over the gradebook of an earlier version that is named in place of submissions; None for submissions.
 
     Raises GradingError if MARKS is a database's URL.
@@ -508,7 +508,7 @@ def regrade(
 
     Exit code: 0 all marked, 1 some could not be marked (their marks stay), 2 nothing marked.
     """
-    from labcourse.grading import graded_run
+    from labcourse.grading import counting, graded_run
     from labcourse.grading.reports.changes import changes
     from labcourse.grading.reports.grades import Reports
 
@@ -516,7 +516,7 @@ def regrade(
     changed, failed, faults = Counter[bool](), False, dict[str, None]()
     with _gradebook(marks) as book, ExitStack() as stack:
         reports = None if folder is None else stack.enter_context(Reports(folder, course, book))
-        for done in graded_run.regrade(book, course, question or (), jobs=jobs):
+        for done in counting.regrade(book, course, question or (), jobs=jobs):
             change = changes(done.before, done.after)
             changed[bool(change.parts)] += 1
             failed |= bool(done.problem)
@@ -768,6 +768,49 @@ def excuse(
         book.excuse(student, excused.notebooks, reason=reason, actor=by, excused=not undo)
     what = "not excused from" if undo else "excused from"
     say(f"{student} is {what} {excused.title}. {program.name()} report writes it down.")
+
+
+@app.command(rich_help_panel=_PERSON)
+def take(
+    marks: MarksArgument,
+    student: StudentArgument,
+    notebook: Annotated[str, Argument(metavar="NOTEBOOK", help="Its name or number, as 02.")],
+    version: Annotated[
+        int | None, Argument(metavar="VERSION", help="Its number in the list; none to list all.")
+    ] = None,
+    reason: Annotated[str, Option(help="The reason, for the student and for the record.")] = "",
+    by: Annotated[str, Option(metavar="NAME", parser=_name, help="Your name, for the record.")] = "",
+    undo: Annotated[bool, Option("--undo", help="Let the rule decide again.")] = False,
+    out: OutOption = None,
+    solutions: SolutionsOption = None,
+) -> None:
+    """Take a version of a student's notebook, whatever else is worth more; without VERSION, list all versions.
+
+    The version is run if it was not run yet. Marks and pages are written anew.
+    """
+    from labcourse.grading import assignments, counting
+    from labcourse.grading.batch import Batch, Settings
+    from labcourse.grading.reports.grades import Reports
+    from labcourse.grading.running import isolation_report
+
+    course, folder = courses.find(solutions), _results(marks, out)
+    name = assignments.notebook(course, notebook)
+    with _gradebook(marks) as book:
+        versions = counting.listed(book, student, name)
+        if version is None and not undo:
+            say(*(f"{place}  {text}" for place, (_hand_in, text) in enumerate(versions, start=1)))
+            return
+        if not (by and reason):
+            raise GradingError("Say who decides it and why: --by and --reason.")
+        if not undo and not 1 <= (version or 0) <= len(versions):
+            raise GradingError(f"There is no version {version} of {name}: {student!r} has {len(versions)}.")
+        source, received = ("", None) if undo else versions[(version or 0) - 1][0].key
+        isolation_report.check()
+        with Reports(folder, course, book):
+            book.take(student, name, source, received, reason=reason, actor=by)
+            for done in Batch([student], course, book, Settings()).grade():
+                say(*sentences(done.graded.run.problems), err=True)
+        say(*(text for _hand_in, text in counting.listed(book, student, name)))
 
 
 @app.command(rich_help_panel=_PERSON)

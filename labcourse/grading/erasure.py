@@ -59,6 +59,7 @@ def erase(book: Gradebook, course: Course, student: str, actor: str, dry_run: bo
     def change(record: RunRecord | Delivery, person: Person) -> None:
         if isinstance(record, Delivery):
             record.content = _without(record, student)
+            record.folder_of = "" if _same(student, record.folder_of) else record.folder_of
             return
         submission = submission_of(record)
         _redact(submission, person)
@@ -68,10 +69,14 @@ def erase(book: Gradebook, course: Course, student: str, actor: str, dry_run: bo
             submission.policy, submission.bench_of = policy, owner
             if (data := _object(record.answers or b"")) is not None:
                 record.answers = json.dumps({**data, "student": owner}).encode()
+            record.versions = tuple(
+                {**entry, "bench_of": owner if _same(student, entry.get("bench_of", "")) else entry.get("bench_of", "")}
+                for entry in record.versions
+            )
         if record.cells and (facts := facts_as_json(submission)) != record.cells:
             record.cells = facts
 
-    return book.persons.erase(student, actor, partners, change, dry_run)
+    return book.persons.erase(student, actor, change, dry_run)
 
 
 def _redact(submission: Submission, person: Person) -> None:

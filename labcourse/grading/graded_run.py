@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import zlib
 from base64 import b64decode, b64encode
-from collections.abc import Collection, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import Annotated, Any
 
@@ -21,11 +20,10 @@ from labcourse.answers.cell_reports import CellReports
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
-from labcourse.errors import AnswerError, CourseError, GradingError
-from labcourse.grading.course import Course
+from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import Gradebook, Graded, RunRecord
-from labcourse.grading.marking.marking_processes import Marker, marking_digest
-from labcourse.grading.marks import UNDECIDED, Mark, Status
+from labcourse.grading.marking.marking_processes import Marker
+from labcourse.grading.marks import Mark, Status
 from labcourse.grading.submission import Submission
 from labcourse.problems import Code, Problem, Where, as_json, from_json, has
 
@@ -98,6 +96,7 @@ def record_of(submission: Submission, *, isolated: bool) -> RunRecord:
         release=bundle.release,
         files=tuple(submission.files),
         prepared_from=submission.prepared_from,
+        ran=submission.ran,
     )
 
 
@@ -116,6 +115,7 @@ def submission_of(run: RunRecord) -> Submission:
     return Submission(
         student=run.student,
         key=run.key,
+        ran=run.ran,
         digest=run.submission,
         prepared_from=run.prepared_from,
         probe_seed=run.probe_seed,
@@ -218,92 +218,3 @@ def store(gradebook: Gradebook, graded: Graded, actor: str, reason: str) -> Grad
     """
     gradebook.record(graded, actor=actor, reason=reason)
     return gradebook.current(graded.run.student) or graded
-
-
-@dataclass(frozen=True)
-class Regraded:
-    """A student's marks before and after.
-
-    Attributes
-    ----------
-    before, after : as in the gradebook
-    problem : why the answers could not be marked again; "" if they could, or if there is nothing to mark
-    unchanged : marks by persons, which stay, where the key gives other points: "question", "part", "points" (the
-        person's) and "by_key" (the key's)
-    """
-
-    before: Graded
-    after: Graded
-    problem: str = ""
-    unchanged: tuple[dict[str, Any], ...] = ()
-
-
-def regrade(gradebook: Gradebook, course: Course, questions: Collection[str] = (), jobs: int = 1) -> Iterator[Regraded]:
-    """Mark all students' stored answers by the key as it is now, and store the marks.
-
-    If the answers of a student cannot be marked, their marks stay.
-
-    Parameters
-    ----------
-    gradebook : with the answers
-    course : the course, with its key
-    questions : numbers of the questions to mark again; all if there are none
-    jobs : number of submissions to mark at a time
-
-    Raises
-    ------
-    GradingError
-        If the gradebook has no answers, or the key does not have one of the questions.
-
-    Yields
-    ------
-    Regraded
-        Each student's marks before and after, stored.
-    """
-    for number in questions:
-        try:
-            course.catalogue.find_marked(number)
-        except AnswerError as error:
-            raise GradingError(str(error)) from None
-        if number not in course.key:
-            raise GradingError(f"The key has no question {number}.")
-    with Marker(course, jobs) as marker, ThreadPoolExecutor(jobs) as threads:
-        current = list(gradebook.all_current())
-        if not current:
-            raise GradingError("There is nothing in the gradebook to mark again.")
-        digest = marking_digest(course)
-        for regraded in threads.map(lambda graded: _marked_again(graded, marker, questions, digest), current):
-            yield regraded if regraded.problem else _store_regraded(gradebook, regraded, questions)
-
-
-def _marked_again(graded: Graded, marker: Marker, questions: Collection[str], digest: str) -> Regraded:
-    """Mark a student's stored answers anew, without storing anything. Parameters as for :func:`regrade`.
-
-    Only the marks of the chosen questions change; ``digest`` is that of the key as it is now.
-    """
-    run = graded.run
-    if run.answers is None and not run.words and not submission_of(run).documents:
-        return Regraded(graded, graded)  # nothing could be read of it, or it could not be run
-    try:
-        after = mark(run, marker, digest)
-    except CourseError as error:
-        return Regraded(graded, graded, str(error))
-    if questions:
-        new = {mark.where: mark for mark in after.marks if mark.question in questions}
-        marks = [new.pop(mark.where, mark) for mark in graded.marks]
-        # The other marks are still by the earlier key, so its digest stays: the next grading marks them again.
-        after = replace(graded, marks=(*marks, *new.values()))
-    return Regraded(graded, after)
-
-
-def _store_regraded(gradebook: Gradebook, regraded: Regraded, questions: Collection[str]) -> Regraded:
-    """Store the new marks. Return them as they count, and the marks by persons where the key gives other points."""
-    reason = f"marked again: {', '.join(questions) or 'all questions'}"
-    after = store(gradebook, regraded.after, "labcourse regrade", reason)
-    by_key = {mark.where: mark.points for mark in regraded.after.marks if mark.status not in UNDECIDED}
-    unchanged = tuple(
-        {"question": mark.question, "part": mark.part, "points": mark.points, "by_key": by_key[mark.where]}
-        for mark in after.marks
-        if mark.status == Status.BY_A_PERSON and by_key.get(mark.where, mark.points) != mark.points
-    )
-    return replace(regraded, after=after, unchanged=unchanged)

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 from labcourse import clock, program
 from labcourse.grading.accounts import Account, AssignmentGrade, in_full, points, worth
 from labcourse.grading.assignments import State, short
+from labcourse.grading.counting import received
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, CommentRecord, Gradebook, Graded
 from labcourse.grading.marks import Mark, Status
@@ -29,7 +30,6 @@ from labcourse.grading.reports.result import (
     lapse,
     moment,
     not_counted,
-    received,
     with_marks,
     without_numbers,
 )
@@ -293,7 +293,7 @@ def _messages(of: Class) -> Section:
 _DECIDE, _ASK = "decide in MARKS/intake.csv, then grade again", "ask for it again, then grade it"
 _TAKES_IT = {
     Code.ONE_OF_SEVERAL: _DECIDE,
-    Code.OTHER_ASSIGNMENT: "grade MARKS SUBMISSIONS without --assignment",
+    Code.VERSION_AFTER_GIVEN_BACK: "take it: take MARKS STUDENT NOTEBOOK",
     Code.TEXT_BESIDE_NOT_READ: "give points with mark",
 }
 

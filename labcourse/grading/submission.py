@@ -8,13 +8,16 @@ step          where                                                       what i
 find          :func:`labcourse.grading.intake.finding.find`               the student, the pieces, the partners
 read          :func:`labcourse.grading.intake.reading.read`               the files of the pieces, and what cannot be
                                                                           read
-choose        :func:`labcourse.grading.intake.reading.choose_newest`      which files count, of all that was ever handed
-                                                                          in
+choose        :func:`labcourse.grading.versions.choose`                   which versions of the notebooks may count, of
+                                                                          all that was ever handed in; the next six
+                                                                          steps are taken once for each folder that has
+                                                                          to be run
 prepare       :func:`labcourse.grading.running.prepared.prepare`          the release, and the notebooks to run
 identify      ``Batch._identify``                                         the digests by which an equal run is known
 run           ``Batch._run``                                              what came back from the sandbox: claims
 explain       ``Batch._explain``                                          why answers are missing
 mark          :func:`labcourse.grading.marking.marking.mark`              the marks
+count         :func:`labcourse.grading.counting.assembled`                what counts, put together from the runs
 store         ``Batch._store``                                            what counts in the gradebook
 ============  ==========================================================  =============================================
 
@@ -155,6 +158,14 @@ class Piece:
     clock: str = ""
     saved: datetime = NEVER
 
+    @property
+    def folder_of(self) -> str:
+        """ID of the student whose folder it is: whom its course.json names, or the first of several in its name.
+
+        It is "" if there is no course.json and one name only.
+        """
+        return self.owner.bench_of if self.course or len(self.owner.students) > 1 else ""
+
 
 @dataclass(kw_only=True)
 class Submission:
@@ -168,10 +179,9 @@ class Submission:
     pieces : found: all that the student handed in, in order of time
     bench_of : ID of the student with the bench for the run: a partner's, if several handed in together
     partners : IDs of the students with whom it was handed in
-    claimed_by : ID of the partner who handed in, if this student handed in nothing; "" otherwise
     unconfirmed : pieces that others handed in who name this student as a partner, while no person has confirmed that
 
-    items : read: all files of the pieces, in order of time; notebooks without outputs
+    items : read: all files of the pieces, in order of time, until they are stored; notebooks without outputs
     names : names of all files of the pieces, also of those that are not read
     has_notebooks : whether notebooks of the course are among the items
     python : newest version of Python with which a notebook was saved; None if no notebook says it
@@ -194,7 +204,8 @@ class Submission:
     supplied : "1.2.speed" → value that the instructor supplied in place of a missing answer
     untouched : names of notebooks, without ending, in which the student changed nothing
 
-    key : identified: digest of all that the run depends on
+    key : identified: digest of all that marks depend on besides the course's key
+    ran : digest of all that the run depends on: a partner's run with the same need not be repeated
     digest : digest of the whole submission, problems and notes included
     prepared_from : digest of all that it was prepared from
     probe_seed : seed from which the inputs of functions are drawn
@@ -224,7 +235,6 @@ class Submission:
     pieces: tuple[Piece, ...] = ()
     bench_of: str = ""
     partners: tuple[str, ...] = ()
-    claimed_by: str = ""
     unconfirmed: tuple[Piece, ...] = ()
 
     items: list[Delivery] = field(default_factory=list)
@@ -251,6 +261,7 @@ class Submission:
     untouched: tuple[str, ...] = ()
 
     key: str = ""
+    ran: str = ""
     digest: str = ""
     prepared_from: str = ""
     probe_seed: int = 0

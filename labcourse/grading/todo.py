@@ -388,15 +388,12 @@ def _by_class(of: Class) -> Iterator[Task]:
 
 
 def _handed_in_again(of: Class, assignment: Assignment) -> Iterator[Task]:
-    """Yield who handed in a version after an assignment was given back: it counts, and may be late."""
-    if (back := of.given_back(assignment)) is None:
-        return
+    """Yield who handed in a version after an assignment was given back: it counts only if the instructor takes it."""
     for student in of.students:
-        for name in {*assignment.notebooks} & {*student.work}:
-            arrival = student.received.get(f"{name}.ipynb")
-            if arrival is not None and back.when < arrival.received:
+        for entry in student.graded.run.versions if student.graded else ():
+            if entry["notebook"] in assignment.notebooks and entry["why"] == "given back":
                 what = Problem.of(Code.TODO_HANDED_IN_AGAIN, title=assignment.title)
-                yield Task(what, f"history MARKS {_STUDENT}", (student.id,))
+                yield Task(what, f"take MARKS {_STUDENT} {entry['notebook']}", (student.id,))
 
 
 def _publish(assignment: Assignment | None) -> str:

@@ -20,9 +20,9 @@ from labcourse.errors import ConfigurationError, GradingError
 from labcourse.grading import assignments, commands, course_check
 from labcourse.grading import course as courses
 from labcourse.grading.batch import Batch, Settings
+from labcourse.grading.counting import regrade
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.graded_run import regrade
 from labcourse.grading.release import releases, student_course
 from labcourse.grading.release.student_course import Release
 from labcourse.grading.reports.grades import Reports

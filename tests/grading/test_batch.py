@@ -12,7 +12,8 @@ from labcourse.answers import json_values
 from labcourse.errors import GradingError, IsolationError
 from labcourse.grading import batch
 from labcourse.grading.batch import Batch, Settings
-from labcourse.grading.graded_run import _marked_again, regrade, submission_of
+from labcourse.grading.counting import _marked_again, regrade
+from labcourse.grading.graded_run import submission_of
 from labcourse.grading.settings import Assignment, Deadline, LateSettings
 from labcourse.grading.submission import TIME_RECEIVED
 from labcourse.problems import Code, Problem, has
@@ -54,27 +55,6 @@ def test_a_failed_run_replaces_a_mark_and_who_hands_in_the_earlier_version_again
     fake_class.hand_in("ada", source="first")
     assert fake_class.grade() == {"ada": 2}
     assert fake_class.runs == ["ada", "ada"]
-
-
-def test_a_hand_in_for_one_assignment_leaves_earlier_notebooks_of_others_as_they_are(fake_class):
-    fake_class.hand_in("ada", source="omega_n = 1")
-    assert fake_class.grade() == {"ada": 2}
-    fake_class.hand_in("ada", "bob", source="omega_n = 2")  # bob has handed in none before
-    fake_class.grade(only=Assignment("Other", ("b",)))
-    sources = {who: job.notebooks["a.ipynb"]["cells"][0]["source"] for who, job in fake_class.asked.items()}
-    assert sources == {"ada": "omega_n = 1", "bob": "omega_n = 2"}
-    with fake_class.book() as book:
-        other = Problem.of(Code.OTHER_ASSIGNMENT, "a.ipynb", source="ada", title="Other")
-        assert other in book.current("ada").run.notes
-
-
-def test_an_untouched_notebook_of_another_assignment_is_replaced_by_one_that_is_solved(fake_class):
-    """Students hand in their whole folder: the notebooks of later assignments are in it, too."""
-    fake_class.hand_in("ada", source="")
-    fake_class.grade(only=Assignment("Other", ("b",)))
-    fake_class.hand_in("ada", source="omega_n = 1")
-    fake_class.grade(only=Assignment("Another", ("c",)))
-    assert fake_class.asked["ada"].notebooks["a.ipynb"]["cells"][0]["source"] == "omega_n = 1"
 
 
 def test_a_zip_that_cannot_be_read_concerns_the_assignment_that_it_was_handed_in_for(fake_class):
@@ -146,7 +126,8 @@ def test_words_that_were_handed_in_are_marked_again_though_the_run_left_no_answe
         words = {"2.11": {"explanation": {"text": "The ratio contains the link alone.", "pictures": {}}}}
         for changed, counted in (({}, 0), (words, 1)):
             stopped = replace(graded, run=replace(graded.run, answers=None, words=changed), marks=())
-            again = _marked_again(stopped, InlineMarker(fake_class.course, 1), (), "another").after
+            course = fake_class.course
+            again = _marked_again(book, course, stopped, InlineMarker(course, 1), (), "another").after
             assert sum(one.status == "for a person" for one in again.marks) == counted
 
 

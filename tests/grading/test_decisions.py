@@ -130,7 +130,7 @@ def test_a_submission_that_is_given_over_leaves_one_of_the_same_name_of_another_
     with fake_class.book() as book:
         for student, when in (("ada", MONDAY), ("bob", TUESDAY)):
             book.deliver(student, [Delivery("a.ipynb", student, b"{}", when, "work.zip")])
-        assert book.delete_of_others("work.zip", TUESDAY, "cleo") == ["bob"]
+        assert book.delete_of_others("work.zip", TUESDAY, ["cleo"]) == ["bob"]
         assert book.delivered("ada") and not book.delivered("bob")
 
 
@@ -144,15 +144,15 @@ def in_class(fake_class, *students):
 
 def ask_in_its_notebook(fake_class, monkeypatch):
     """Let the questions of the made-up key be those of the notebook that is handed in."""
-    read = Batch._read
+    receive = Batch._receive
     names = [f"{fake_class.course.notebook_of(number)}.ipynb" for number in ("2.11", "0.1")]
 
-    def read_and_ask(batch, submission):
-        read(batch, submission)
+    def receive_and_ask(batch, submission):
+        receive(batch, submission)
         submission.waiting = {name: students for students in submission.waiting.values() for name in names}
         submission.prepared_from = batch._prepared_from(submission)
 
-    monkeypatch.setattr(Batch, "_read", read_and_ask)
+    monkeypatch.setattr(Batch, "_receive", receive_and_ask)
 
 
 @pytest.mark.parametrize(("decision", "bobs"), [("yes", "right"), ("no", None)])

@@ -4,11 +4,11 @@ Beside each student stands the arithmetic, done on paper; the command gets the m
 """
 
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
 import pytest
-from gradebooks import enrol, facts, graded, record, rows
+from gradebooks import enrol, graded, record, rows
 from made_courses import OURS, copied
 from typer.testing import CliRunner
 
@@ -180,12 +180,3 @@ def test_a_report_as_a_whole_is_as_late_as_its_notebook_and_can_be_weighted_and_
     settings = f'[marks]\ndrop = ["{whole} appearance"]\nweights = {{"{whole}" = 3}}\n{late}'
     # 3 × 0.5, less a tenth
     assert so_far(tmp_path, settings, earned, [("04_modeling_results.ipynb", DAY)]) == ("1.35", "3")
-
-
-def test_a_partner_who_is_there_by_anothers_word_has_the_others_times(tmp_path):
-    with Gradebook(tmp_path / "book.sqlite") as book:
-        record(book, graded("ben", Mark("2.1", "V", "right", 2.0, 2.0, ""), cells=facts(bench_of="ada")))
-        book.deliver("ada", [Delivery(f"{PRELAB}.ipynb", "d", b"{}", datetime(2026, 11, 22, tzinfo=UTC))])
-    late = "[[deadline]]\ndue = 2026-11-20T00:00:00Z\n[late]\nper_day = 10\n"
-    found, _said = reported(tmp_path, tmp_path / "book.sqlite", late)
-    assert found["ben"]["so far"] == "1.60"  # 2 × (1 − 2 × 0.1)

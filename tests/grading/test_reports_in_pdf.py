@@ -13,8 +13,8 @@ from scoring_class import LEVELS, clients
 
 from labcourse.answers import report_files
 from labcourse.grading import intake
+from labcourse.grading.counting import _marked_again
 from labcourse.grading.gradebook import StudentRecord
-from labcourse.grading.graded_run import _marked_again
 from labcourse.grading.reports.feedback import page
 from labcourse.grading.reports.result import result_in
 from labcourse.grading.scoring import cards, server
@@ -154,8 +154,9 @@ def test_a_document_alone_can_be_scored_too_and_is_marked_again(made):
     assert made.marks("ada")[WHOLE, PART].status == "for a person"
     with made.book() as book:
         graded = book.current("ada")
-    assert graded.run.problems[0].code is Code.NO_NOTEBOOK
-    again = _marked_again(replace(graded, marks=()), InlineMarker(made.course, 1), (), "another").after
+        assert graded.run.problems[0].code is Code.NO_NOTEBOOK
+        marker = InlineMarker(made.course, 1)
+        again = _marked_again(book, made.course, replace(graded, marks=()), marker, (), "another").after
     assert again.marks == graded.marks
 
 

@@ -123,8 +123,8 @@ def taken(fake_class):
     with fake_class.book() as book:
         batch = Batch(fake_class.folder / "in", fake_class.course, book)
         (submission,) = batch._waiting
-        batch._read(submission)
-        batch._prepare(submission)
+        batch._receive(submission)
+        batch._prepare(submission, batch._versions(submission).newest())
         yield batch, submission
 
 
@@ -171,7 +171,8 @@ def test_another_content_is_another_run(taken, change):
     key = identified(batch, one).key
     assert identified(batch, one).key == key
     assert identified(batch, change(one)).key != key
-    assert identified(batch, changed(one, student="bob")).key != key  # on the same bench
+    bobs = identified(batch, changed(one, student="bob"))  # on the same bench
+    assert bobs.key != key and bobs.ran == identified(batch, one).ran
 
 
 WORDS = TextAnswer("A pole lies on the axis.")
@@ -187,10 +188,10 @@ NOT_RUN = {
 }
 #: What is neither: what the run is prepared from, what counts of it elsewhere, and what later steps fill.
 OTHERWISE_THERE = {
-    *("pieces", "partners", "claimed_by", "unconfirmed", "items", "names", "has_notebooks", "faults", "unread"),
+    *("pieces", "partners", "unconfirmed", "items", "names", "has_notebooks", "faults", "unread"),
     *("unreadable", "doubts", "answers_at_home", "course", "supplied", "python", "untouched", "prepared_from"),
-    *("key", "digest", "probe_seed", "answers", "cell_reports", "evidence", "ended", "missing", "asked", "policy"),
-    *("documents", "waits", "marks", "before", "graded", "is_new", "has_run"),
+    *("key", "ran", "digest", "probe_seed", "answers", "cell_reports", "evidence", "ended", "missing", "asked"),
+    *("policy", "documents", "waits", "marks", "before", "graded", "is_new", "has_run"),
 }
 
 
@@ -204,7 +205,7 @@ def test_what_is_only_marked_or_shown_is_the_same_run_and_another_submission(tak
     batch, one = taken
     before = identified(batch, one)
     after = identified(batch, changed(one, **{name: value}))
-    assert after.key == before.key and after.probe_seed == before.probe_seed
+    assert after.ran == before.ran and after.probe_seed == before.probe_seed
     assert after.digest != before.digest
 
 

@@ -4,7 +4,7 @@ import pytest
 from versions_class import VersionsClass
 from versions_table import FREE, TABLE
 
-pytestmark = pytest.mark.xfail(reason="the rule is not built yet", strict=False)
+from labcourse.problems import Code, Problem
 
 
 def expected(rows):
@@ -21,10 +21,18 @@ def weekly(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
+def free(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        there = VersionsClass(tmp_path_factory.mktemp("free"), patch, FREE, per_day=0)
+        there.live()
+        yield there
+
+
+@pytest.fixture(scope="module")
 def at_once(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         there = VersionsClass(tmp_path_factory.mktemp("at once"), patch, TABLE)
-        there.grade_all()
+        there.grade_all([row for row in TABLE if not row.acts])
         yield there
 
 
@@ -33,3 +41,61 @@ def test_the_version_counts_that_the_table_names(weekly, row):
     counts, states = weekly.counts(), weekly.states()
     assert {where: counts[where] for where in row.counts} == expected([row])
     assert {where: states[where] for where in row.states} == row.states
+
+
+def test_what_persons_decided_does_not_depend_on_when_it_was_graded(weekly, at_once):
+    # Acts on a version that is not graded yet, and hand-ins for one assignment, need the calendar.
+    rows = [row for row in TABLE if not row.acts and not any(one.assignment for one in row.hand_ins)]
+    once, each_day = at_once.counts(), weekly.counts()
+    where = [place for row in rows for place in row.counts]
+    assert {place: once[place] for place in where} == {place: each_day[place] for place in where}
+
+
+@pytest.mark.parametrize("row", FREE, ids=lambda row: row.title)
+def test_where_lateness_costs_nothing_the_newest_counts_unless_marks_were_given_back(free, row):
+    counts = free.counts()
+    assert {where: counts[where] for where in row.counts} == expected([row])
+
+
+# --- what is said, decided and run ------------------------------------------------------------------------------------
+
+
+def about(run, code):
+    """The notebooks about which a run has such a note."""
+    return [note.where for note in run.notes if isinstance(note, Problem) and note.code is code]
+
+
+def test_a_student_reads_which_of_their_versions_do_not_count(weekly):
+    in_02, in_03 = "02_stiffness.ipynb", "03_motion.ipynb"
+    assert about(weekly.run_of("a1"), Code.VERSION_NOT_RUN) == [in_02]
+    assert about(weekly.run_of("d1"), Code.VERSION_WORTH_LESS) == [in_02, in_03]
+    assert about(weekly.run_of("v1"), Code.EMPTY_BESIDE_ANSWERED) == [in_02]
+    assert not about(weekly.run_of("u1"), Code.VERSION_NOT_RUN)
+
+
+def test_a_pair_is_run_once(weekly, at_once):
+    # f1's folder with 02 alone, and with 03; nothing of it again for f2.
+    assert (weekly.runs["f1"], at_once.runs["f1"]) == (2, 1)
+
+
+def test_what_came_after_marks_were_given_back_counts_when_it_is_taken(tmp_path, monkeypatch):
+    there = VersionsClass(tmp_path, monkeypatch, FREE[:1], per_day=0)
+    there.live()
+    row = (Code.TODO_HANDED_IN_AGAIN, "j1")
+    assert about(there.run_of("j1"), Code.VERSION_AFTER_GIVEN_BACK) == ["02_stiffness.ipynb"]
+    assert row in there.tasks() and "after marks were given back" in there.take("j1", "02")
+    there.take("j1", "02", 2, "--by", "lea", "--reason", "Her laptop broke.")
+    assert there.counts()["j1", "Lab 02"] == 20
+    assert about(there.run_of("j1"), Code.VERSION_TAKEN) == ["02_stiffness.ipynb"] and row not in there.tasks()
+    there.take("j1", "02", "--undo", "--by", "lea", "--reason", "A mistake.")
+    assert there.counts()["j1", "Lab 02"] == 8
+
+
+def test_a_changed_deadline_is_applied_to_who_is_not_in_the_folder(tmp_path, monkeypatch):
+    row, other = TABLE[1], TABLE[0]
+    there = VersionsClass(tmp_path, monkeypatch, [row, other])
+    there.grade(row.hand_ins)
+    settings = there.solutions / "course.toml"
+    settings.write_text(settings.read_text().replace("due = 2026-11-13", "due = 2026-11-15"))
+    there.grade(other.hand_ins)
+    assert there.counts()["b1", "Lab 02"] == 20

@@ -15,7 +15,7 @@ from labcourse.problems import as_json
 #: Numbers of rows, times, and what the order in the dump says already.
 _LEFT_OUT = {"id", "student_id", "run_id", "folded", "position", "number", "digest"}
 _TIMES = {"recorded", "decided", "written", "changed", "received", "acted", "published", "erased"}
-_TIMES |= {"replaced"}  # what was replaced holds a time
+_TIMES |= {"replaced", "stored"}  # what was replaced holds a time
 #: Tables of a student, and by what their rows are ordered; the others are in the order in which they grew.
 _ORDER = {
     "deliveries": ("name", "received", "id"),

@@ -34,7 +34,7 @@ from term_table import (
 
 from labcourse.errors import IsolationError
 from labcourse.files import ANSWERS_FILE
-from labcourse.grading import batch, graded_run, overview
+from labcourse.grading import batch, counting, overview
 from labcourse.grading import course as courses
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.release import student_course
@@ -107,7 +107,7 @@ class TermClass:
         self.folder, self.marks, self.published, self._patch = folder, folder / "marks", "", patch
         self._courses = {key: self._made_course(name, key) for name, key in (("first", FAULTY), ("then", MENDED))}
         patch.setattr(isolation_report, "check", lambda: None)
-        for grading in (batch, graded_run):
+        for grading in (batch, counting):
             patch.setattr(grading, "Marker", InlineMarker)
         self._use(FAULTY)
         roster = "\n".join(["id,name,section", *(f"{who},{name},{part}" for who, (name, part) in CLASS.items())])

@@ -254,9 +254,8 @@ TERM = (
         (
             # The first two are as they were, and so they are not late.
             HandIn("s1", "11-14 10:00", {"01": ADA_1, "02": ADA_2, "03": {"load": 70, "remark": "It sags."}}),
-            # 241 h after the grace: 35 %. Other words, so that the marks of a person do not hold any more; and what
-            # followed from the old stiffness does not follow from the new one.
-            HandIn("s2", "11-16 21:00", {"01": {"k": 50, "why": "It is soft, and long."}}),
+            # It came after Lab A was given back, and does not count by itself.
+            HandIn("s2", "11-16 21:00", {"01": {"k": 80, "why": "It is soft, and long."}}),
             # From another computer, where the first two are as they were handed out: they replace nothing.
             HandIn("s6", "11-15 09:00", {"01": UNTOUCHED, "02": UNTOUCHED, "03": {"load": 70, "remark": "It stops."}}),
             HANA,
@@ -283,7 +282,6 @@ TERM = (
         ),
         (
             ("regrade",),
-            ("mark", "s2", "why", "3"),
             ("mark", "s1", "remark", "2"),
             ("mark", "s2", "remark", "1"),
             ("mark", "s6", "remark", "0.5"),

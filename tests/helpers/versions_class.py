@@ -21,10 +21,13 @@ from set_clock import set_clock
 from versions_table import ASSIGNMENTS, QUESTION, Act, HandIn, Row, at
 
 from labcourse.files import ANSWERS_FILE
-from labcourse.grading import batch, graded_run
+from labcourse.grading import batch, counting, overview
 from labcourse.grading import course as courses
+from labcourse.grading.gradebook import Gradebook, RunRecord
 from labcourse.grading.release import releases, student_course
 from labcourse.grading.running import isolation_report, runner
+from labcourse.grading.todo import todo
+from labcourse.problems import Code
 
 END = "12-04 18:00"  #: when all is due
 
@@ -100,10 +103,11 @@ class VersionsClass:
         self._handed_out = [self._released(notebooks) for notebooks in (table.NOTEBOOKS, table.NEXT)]
         patch.setattr(isolation_report, "check", lambda: None)
         patch.setattr(batch.runner, "run", self._run)
-        for grading in (batch, graded_run):
+        for grading in (batch, counting):
             patch.setattr(grading, "Marker", InlineMarker)
         students = sorted({who for row in self.rows for one in row.hand_ins for who in one.students.split("+")})
-        (folder / "roster.csv").write_text("\n".join(["id", *students]), encoding="utf-8")
+        lines = ["id,group", *(f"{who},{'pair' if who in table.PAIR else ''}" for who in students)]
+        (folder / "roster.csv").write_text("\n".join(lines), encoding="utf-8")
         self.say("roster", self.marks, folder / "roster.csv")
 
     def _released(self, notebooks: dict[str, str]) -> tuple[str, dict[str, tuple[str, dict[str, Any]]]]:
@@ -122,7 +126,7 @@ class VersionsClass:
 
     def say(self, *words: object) -> str:
         """Type a command."""
-        of_course = words[0] in ("grade", "regrade", "status", "report", "publish", "excuse")
+        of_course = words[0] in ("grade", "regrade", "status", "report", "publish", "excuse", "take")
         done = rotflex(*words, *(["--solutions", self.solutions] if of_course else []))
         assert done.exit_code in (0, 1), (words, done.output, done.exception)
         return done.output
@@ -141,13 +145,10 @@ class VersionsClass:
                 self._do(act)
         self.end()
 
-    def grade_all(self) -> None:
-        """Grade all that ever came from one folder, at the end, and do what persons do."""
-        came = [one for row in self.rows for one in row.hand_ins]
+    def grade_all(self, rows: Iterable[Row]) -> None:
+        """Grade all that ever came of some rows from one folder, at the end."""
         set_clock(self._patch, at(END))
-        self.grade(came)
-        for act in sorted((act for row in self.rows for act in row.acts), key=lambda act: act.when):
-            self._do(act)
+        self.grade([one for row in rows for one in row.hand_ins])
         self.end()
 
     def end(self) -> None:
@@ -205,6 +206,10 @@ class VersionsClass:
     def _publish(self, assignment: str) -> None:
         self.say("publish", self.marks, "--by", "lea", "--assignment", assignment)
 
+    def take(self, student: str, *words: object) -> str:
+        """Take a version of a notebook, or list them."""
+        return self.say("take", self.marks, student, *words)
+
     # --- what there is then -------------------------------------------------------------------------------------------
 
     def grades(self) -> dict[str, dict[str, str]]:
@@ -214,7 +219,21 @@ class VersionsClass:
 
     def counts(self) -> dict[tuple[str, str], float | str]:
         """Student and assignment → the points that count; "" if nothing is decided."""
-        return {(who, title): row[title] and float(row[title]) for who, row in self.grades().items() for title in ASSIGNMENTS}
+        rows = self.grades()
+        return {(who, title): rows[who][title] and float(rows[who][title]) for who in rows for title in ASSIGNMENTS}
+
+    def run_of(self, student: str) -> RunRecord:
+        """The run that counts."""
+        with Gradebook(self.marks / "gradebook.sqlite") as book:
+            graded = book.current(student)
+        assert graded is not None
+        return graded.run
+
+    def tasks(self) -> set[tuple[Code, str]]:
+        """What a person must do: code and student."""
+        with Gradebook(self.marks / "gradebook.sqlite") as book:
+            tasks = todo(overview.class_overview(book, courses.load(self.solutions), self.marks).of)
+        return {(task.what.code, who) for task in tasks for who in task.who}
 
     def states(self) -> dict[tuple[str, str], str]:
         """Student and assignment → its state."""

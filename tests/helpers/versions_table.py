@@ -10,6 +10,8 @@ from typing import Any
 
 # --- the course -------------------------------------------------------------------------------------------------------
 
+#: Students of one group, who may hand in together.
+PAIR = ("f1", "f2")
 #: Assignment → its notebook, what it is out of, and when it is due.
 ASSIGNMENTS = {
     "Lab 01": ("01_spring", 10, "11-06 18:00"),
@@ -21,7 +23,8 @@ ASSIGNMENTS = {
 #: 6, and the report as a whole is 4.
 QUESTION = {"a": "1.1", "why": "1.2", "k": "2.1", "m": "2.2", "load": "3.1", "rest": "3.2", "total": "4.1"}
 
-SETTINGS = '[marks]\ndrop = ["Report"]\nweights = {{"Report, as a whole" = 4}}\n\n' + "[late]\nper_day = {per_day}\ncap = 50\n" + "".join(
+SETTINGS = '[marks]\ndrop = ["Report"]\nweights = {{"Report, as a whole" = 4}}\n\n'
+SETTINGS += "[late]\nper_day = {per_day}\ncap = 50\n" + "".join(
     f'\n[[assignment]]\ntitle = "{title}"\nnotebooks = ["{notebook}"]\ndue = 2026-{due.replace(" ", "T")}:00Z\n'
     for title, (notebook, _out_of, due) in ASSIGNMENTS.items()
 )
@@ -245,7 +248,6 @@ TABLE = (
             HandIn("f2", "11-13 11:00", {"02": {"k": "50", "m": "3"}}, bench="f2"),
             # f1's stiffness is 60: on the other bench the load would be 70.
             HandIn("f1", "11-20 10:00", {"03": {"load": "80", "rest": "5"}}, bench="f1", partners=("f2",)),
-            HandIn("f2", "11-20 11:00", {}, bench="f2", partners=("f1",)),
         ),
         {("f1", "Lab 02"): "20", ("f2", "Lab 02"): "12", ("f1", "Lab 03"): "25", ("f2", "Lab 03"): "25"},
     ),
@@ -281,7 +283,8 @@ TABLE = (
         "an extension of one of a pair",
         (
             HandIn("k1", "11-14 10:00", {"02": ALL_OF_02}, bench="k1", partners=("k2",)),
-            HandIn("k2", "11-14 11:00", {}, bench="k2", partners=("k1",)),
+            # The partner confirms it with the same folder, an hour later.
+            HandIn("k2", "11-14 11:00", {}, bench="k1", partners=("k2",)),
         ),
         # k2 has until 11-16.
         {("k1", "Lab 02"): "20 * 0.9", ("k2", "Lab 02"): "20"},
@@ -367,6 +370,14 @@ TABLE = (
         # 6 + 1 in time. Late, the new text could have been (6 + 4) × 0.9; it has (6 + 0) × 0.9.
         {("t1", "Lab 01"): "6 + 1"},
         (Act("11-06 20:00", "mark", ("t1", "1.2", "why", "1")), Act("11-07 20:00", "mark", ("t1", "1.2", "why", "0"))),
+    ),
+    Row(
+        "02 is untouched in a folder from another computer",
+        (
+            HandIn("v1", "11-13 10:00", {"02": ALL_OF_02}),
+            HandIn("v1", "11-20 10:00", {"02": UNTOUCHED, "03": FROM_K}),
+        ),
+        {("v1", "Lab 02"): "20", ("v1", "Lab 03"): "25"},
     ),
     Row(
         "the whole folder each week, by a student who works ahead",

@@ -15,7 +15,6 @@ the mark (:mod:`labcourse.grading.marks`), and on modules of ``labcourse`` that 
 
 from __future__ import annotations
 
-from labcourse.grading.gradebook.earlier import EarlierRun as EarlierRun
 from labcourse.grading.gradebook.records import DECIDED as DECIDED
 from labcourse.grading.gradebook.records import ON_DISK as ON_DISK
 from labcourse.grading.gradebook.records import Act as Act
@@ -31,7 +30,10 @@ from labcourse.grading.gradebook.records import Graded as Graded
 from labcourse.grading.gradebook.records import MarkState as MarkState
 from labcourse.grading.gradebook.records import Publication as Publication
 from labcourse.grading.gradebook.records import RunRecord as RunRecord
+from labcourse.grading.gradebook.records import Stored as Stored
 from labcourse.grading.gradebook.records import StudentRecord as StudentRecord
+from labcourse.grading.gradebook.records import Take as Take
 from labcourse.grading.gradebook.records import Token as Token
 from labcourse.grading.gradebook.store import Gradebook as Gradebook
 from labcourse.grading.gradebook.store import standing as standing
+from labcourse.grading.gradebook.store import with_given as with_given

@@ -26,8 +26,8 @@ from labcourse.grading.gradebook.records import About, Base
 from labcourse.messages import FREE_SPACE
 
 PATIENCE = 30.0  #: s; a transaction takes 1 s at most
-VERSION = 12  #: of the tables and of the data in them; raise it when they change
-TAKEN_OVER = (10, 11)  #: versions that :mod:`~labcourse.grading.gradebook.earlier` takes over
+VERSION = 13  #: of the tables and of the data in them; raise it when they change
+TAKEN_OVER = 12  #: the version that :mod:`~labcourse.grading.gradebook.earlier` takes over
 _SECRET_BYTES = 32  # 256 bits
 _WRITERS = 0x726F74666C6578  # the number of the lock that writers take
 _DRIVERS = {"sqlite": "sqlite", **dict.fromkeys(("postgresql", "postgres"), "postgresql+psycopg")}
@@ -104,7 +104,7 @@ class Database:
         name = program.name()
         if version < VERSION:
             again = f"Grade the submissions into a new folder ({name} grade), and score them again ({name} score)."
-            if version in TAKEN_OVER and self._engine.dialect.name == "sqlite":
+            if version == TAKEN_OVER and self._engine.dialect.name == "sqlite":
                 again = (
                     f"{name} grade NEW {self.where} grades the files that are stored in it once more, into a new "
                     "folder; what persons scored comes along."

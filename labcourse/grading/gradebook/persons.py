@@ -38,6 +38,7 @@ from labcourse.grading.gradebook.records import (
     OfAnswer,
     RunRecord,
     StudentRecord,
+    Take,
 )
 from labcourse.problems import Problem, as_json, from_json
 from labcourse.student_id import caseless
@@ -47,10 +48,12 @@ FEWEST_CHARACTERS = 3  #: of a name that is looked for in texts: shorter ones ar
 FEWEST_DIGITS = 5  #: of a number: points, years and frequencies have up to four
 _AT_ONCE = 16  # rows in memory while all files and runs are read
 #: Fields of records in which persons, or the software, write about students.
-_WRITTEN = ("source", "reason", "before", "after", "replaced", "remark", "text", "note", "problems", "notes")
+_WRITTEN = (
+    *("source", "reason", "before", "after", "replaced", "remark", "text", "note", "problems", "notes", "versions"),
+)
 _OF_STUDENTS = [table for table in Base.metadata.sorted_tables if {"student_id", "run_id"} & set(table.c.keys())]
-_Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery | Excuse)
-_Named = TypeVar("_Named", bound=OfAnswer | CommentRecord | Excuse)
+_Stored = TypeVar("_Stored", bound=OfAnswer | CommentRecord | Delivery | Excuse | Take)
+_Named = TypeVar("_Named", bound=OfAnswer | CommentRecord | Excuse | Take)
 
 
 def is_student(student: str) -> ColumnElement[bool]:
@@ -139,8 +142,8 @@ class Person:
     def redacted(self, value: Any) -> Any:
         """Return a value with :data:`MARKER` in place of each of the person's names.
 
-        It may be a text, a problem, a list or tuple of these, the state of a mark, or a mapping, of which only the
-        reason is changed. Other values are returned as they are.
+        It may be a text, a problem, a list or tuple of these, the state of a mark, or a mapping; of one with a reason,
+        only that is changed. Other values are returned as they are.
         """
         if isinstance(value, str):
             return self._named.sub(MARKER, value)
@@ -152,7 +155,8 @@ class Person:
         if isinstance(value, MarkState):
             return replace(value, reason=self.redacted(value.reason))
         if isinstance(value, Mapping):
-            return {**value, "reason": as_json(self.redacted(from_json(value["reason"])))}
+            reason = {"reason": as_json(self.redacted(from_json(value["reason"])))} if "reason" in value else {}
+            return {**value, **reason} if reason else {name: self.redacted(entry) for name, entry in value.items()}
         return value
 
     def is_named_in(self, value: Any) -> bool:
@@ -187,7 +191,6 @@ class Persons:
         self,
         student: str,
         actor: str,
-        partners: Sequence[str] = (),
         change: Redaction = lambda record, person: None,
         dry_run: bool = False,
     ) -> Erased:
@@ -199,7 +202,6 @@ class Persons:
         Parameters
         ----------
         student, actor : the person to erase, and the person who does it
-        partners : students who get the person's files, except those of which they have files of their own
         change : function that takes the person out of other students' runs and files
         dry_run : whether only to return what would be done, and to change nothing
 
@@ -209,7 +211,7 @@ class Persons:
             If there is no such student; or if the last step fails: then the person is erased, and the message says so.
         """
         with self._database.writing() as session:
-            done = _erase(session, student, actor, partners, change)
+            done = _erase(session, student, actor, change)
             if dry_run:
                 session.rollback()
                 return done
@@ -302,15 +304,13 @@ def _counts(session: Session, number: int) -> dict[str, int]:
     return {name: count for name, count in counts.items() if count}
 
 
-def _erase(session: Session, student: str, actor: str, partners: Iterable[str], change: Redaction) -> Erased:
+def _erase(session: Session, student: str, actor: str, change: Redaction) -> Erased:
     """Delete a person's rows, and replace their names in rows of others; do nothing if they were erased before."""
     if erased_students(session, [student]):
         return Erased(StudentRecord(student), {})
     stored = known_student(session, student)
     about, number = replace(stored), stored.id  # a copy, which outlives the row
     person, counts = Person(about), _counts(session, number)
-    for partner in partners:
-        _hand_over(session, number, known_student(session, partner).id)
     session.add(Erasure(_digest(session, student), actor, clock.now()))
     session.execute(delete(StudentRecord).where(StudentRecord.id == number))
     redacted, still_named = dict[str, None](), set[str]()
@@ -327,14 +327,6 @@ def _erase(session: Session, student: str, actor: str, partners: Iterable[str], 
         if session.is_modified(record):
             redacted[where] = None
     return Erased(about, counts, tuple(redacted), tuple(sorted(still_named)), person.too_short)
-
-
-def _hand_over(session: Session, student: int, partner: int) -> None:
-    """Store the files of a student for a partner, too, except those with names that the partner's own files have."""
-    own = set(session.scalars(select(Delivery.name).where(Delivery.student_id == partner)))
-    files = select(Delivery).where(Delivery.student_id == student, Delivery.name.not_in(own)).order_by(Delivery.id)
-    for file in session.scalars(files).all():
-        put(session, partner, file)
 
 
 def _records(session: Session) -> Iterator[tuple[Any, str]]:

@@ -9,7 +9,9 @@ grows, rows are added, and never changed or deleted, except when a person is era
 
 from __future__ import annotations
 
+import hashlib
 import math
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
@@ -176,6 +178,10 @@ class StudentRecord(Base):
     group: Mapped[str] = mapped_column("laboratory_group", CleanText, default="")  # GROUP is a word of SQL
 
 
+def _now() -> datetime:
+    return clock.now()  # in a class with a column of that name, the module cannot be reached
+
+
 class Delivery(Base):
     """A file that a student handed in; each version of it is a row.
 
@@ -187,6 +193,10 @@ class Delivery(Base):
     received : time of receipt, UTC; when it was saved, if only that is known
     source : path of the folder, archive or file that it came in, in the class's folder
     clock : how the time is known; "" if only the student's computer wrote it, None if that was not recorded
+    folder_of : ID of the student whom its course.json names, with the bench; "" without one
+    assignment : title of the assignment for which it was graded; "" if nobody said so
+    attempt, copy : numbers in the name; the higher, the later
+    stored : when the gradebook got it, UTC
     """
 
     __tablename__ = "deliveries"
@@ -200,6 +210,26 @@ class Delivery(Base):
     received: Mapped[datetime]
     source: Mapped[str] = mapped_column(default="")
     clock: Mapped[str | None] = mapped_column(default=None)
+    folder_of: Mapped[str] = mapped_column(default="")
+    assignment: Mapped[str] = mapped_column(default="")
+    attempt: Mapped[int] = mapped_column(default=0)
+    copy: Mapped[int] = mapped_column(default=0)
+    stored: Mapped[datetime] = mapped_column(default_factory=_now)
+
+
+class Stored(NamedTuple):
+    """What a gradebook stores of a file besides its content; see :class:`Delivery`."""
+
+    name: str
+    digest: str
+    received: datetime
+    source: str
+    clock: str | None
+    folder_of: str
+    assignment: str
+    attempt: int
+    copy: int
+    stored: datetime
 
 
 class Arrival(NamedTuple):
@@ -214,7 +244,7 @@ class RunRecord(Base, kw_only=True):
 
     Attributes
     ----------
-    key : hash of all that the run depends on, the student too: two runs with the same key are the same run
+    key : hash of all that its marks depend on, besides the key of the course; the student, too
     student : ID
     submission : digest of the whole submission, problems and notes included
     master : digest of the bundle that it was run with
@@ -231,8 +261,11 @@ class RunRecord(Base, kw_only=True):
     release : name of the release that it was run with; "" if it has none
     files : names of the student's own files in the submission
     prepared_from : digest of all that it was prepared from; "" if it is to be prepared again
+    ran : digest of what was run, whoever handed it in; "" if it was not run by itself
+    versions : the versions of the student's notebooks, as :mod:`labcourse.grading.counting` writes them
 
-    ``cells``, ``claim``, ``words`` and ``supplied`` are plain data of JSON: lists, no tuples, and finite numbers.
+    ``cells``, ``claim``, ``words``, ``supplied`` and ``versions`` are plain data of JSON: lists, no tuples, and finite
+    numbers.
     """
 
     __tablename__ = "runs"
@@ -259,10 +292,17 @@ class RunRecord(Base, kw_only=True):
     release: Mapped[str] = mapped_column(default="")
     files: Mapped[tuple[str, ...]] = mapped_column(default=())
     prepared_from: Mapped[str] = mapped_column(default="")
+    ran: Mapped[str] = mapped_column(default="", index=True)
+    versions: Mapped[tuple[Mapping[str, Any], ...]] = mapped_column(default=())
 
 
 _COUNTS = sa.text("current")
 sa.Index("uq_runs_one_current", RunRecord.student_id, unique=True, sqlite_where=_COUNTS, postgresql_where=_COUNTS)
+
+
+def answer_digest(given: str) -> str:
+    """Return a digest of an answer; answers that differ in white space or composed accents only have the same."""
+    return hashlib.sha256(" ".join(unicodedata.normalize("NFC", given).split()).encode()).hexdigest()
 
 
 class MarkRow(Base):
@@ -273,17 +313,25 @@ class MarkRow(Base):
     run_id: Mapped[int] = mapped_column(sa.ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
     mark: Mapped[Mark] = composite(*_mark_columns())
     position: Mapped[int]
+    answer: Mapped[str] = mapped_column(default="")  # digest of the answer, by which a person's mark is found
 
 
 class GivenMark(Base):
-    """A mark that a person gave, who gave it, and when (UTC). It holds while answer and possible points stay."""
+    """A mark that a person gave, who gave it, and when (UTC). It holds for this answer and these possible points.
+
+    The marks of a student's earlier answers stay: they hold again in each version with such an answer.
+    """
 
     __tablename__ = "decisions"
 
     student_id = _of_student(primary_key=True)
+    answer: Mapped[str] = mapped_column(primary_key=True, init=False)
     mark: Mapped[Mark] = composite(*_mark_columns())
     actor: Mapped[str]
     when: Mapped[datetime] = mapped_column("decided")
+
+    def __post_init__(self) -> None:
+        self.answer = answer_digest(self.mark.given)
 
     def as_json(self) -> dict[str, Any]:
         """Return the mark as plain data, for :meth:`from_json`."""
@@ -508,6 +556,30 @@ class Excuse(Base):
     student: str
     notebook: Mapped[str]
     excused: Mapped[bool]
+    actor: Mapped[str]
+    reason: Mapped[str]
+    when: Mapped[datetime] = mapped_column("decided")
+
+
+class Take(Base):
+    """An act by which an instructor takes a version of a notebook, or lets the rule decide again. It only grows.
+
+    Attributes
+    ----------
+    number : of the row, in the order of writing
+    student, notebook : the student, and the notebook without ending
+    source, received : of the hand-in that is taken; "" and None if the rule decides again
+    actor, reason, when : who decided it, why, and when (UTC)
+    """
+
+    __tablename__ = "takes"
+
+    number: Mapped[int] = mapped_column("id", primary_key=True)
+    student_id = _of_student(index=True)
+    student: str
+    notebook: Mapped[str]
+    source: Mapped[str]
+    received: Mapped[datetime | None]
     actor: Mapped[str]
     reason: Mapped[str]
     when: Mapped[datetime] = mapped_column("decided")

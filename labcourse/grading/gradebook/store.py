@@ -8,7 +8,6 @@ writes the decision that follows from it, and the marks that count follow from d
 
 from __future__ import annotations
 
-import unicodedata
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -54,8 +53,11 @@ from labcourse.grading.gradebook.records import (
     Publication,
     RosterReport,
     RunRecord,
+    Stored,
     StudentRecord,
+    Take,
     Token,
+    answer_digest,
 )
 from labcourse.grading.marks import Mark, Status
 from labcourse.problems import Where
@@ -212,13 +214,21 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             about = student_for(session, student)
             return _put_deliveries(session, about.id, [storable.cleaned(file, file.name) for file in files])
 
-    def delete_of_others(self, source: str, received: datetime, student: str) -> list[str]:
-        """Delete the files of a submission from all students but its owner.
+    def copy_files(self, student: str, partner: str, source: str, received: datetime) -> None:
+        """Store the files of a student's hand-in for a partner, too."""
+        with self._database.writing() as session:
+            about = student_for(session, partner)
+            own = (Delivery.source == source, Delivery.received == received, is_student(student))
+            for file in session.scalars(select(Delivery).join(StudentRecord).where(*own).order_by(Delivery.id)).all():
+                put(session, about.id, file)
+
+    def delete_of_others(self, source: str, received: datetime, owners: Collection[str]) -> list[str]:
+        """Delete the files of a submission from all students but its owners.
 
         Parameters
         ----------
         source, received : path of the submission in the class's folder, and time of receipt
-        student : ID of the owner
+        owners : IDs of the owners
 
         Returns
         -------
@@ -227,7 +237,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         """
         same = (Delivery.source == source) & (Delivery.received == received)  # the next week's may have this name, too
         with self._database.writing() as session:
-            others = same & (Delivery.student_id != student_for(session, student).id)
+            others = same & Delivery.student_id.not_in([student_for(session, owner).id for owner in owners])
             students = session.scalars(select(StudentRecord.student).join(Delivery).where(others).distinct()).all()
             session.execute(delete(Delivery).where(others))
             return list(students)
@@ -246,12 +256,18 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             files = session.scalars(select(Delivery).where(Delivery.id.in_(newest.values())))
             return sorted(files, key=lambda file: file.name)
 
-    def stored(self, student: str) -> list[tuple[Any, ...]]:
-        """Return name, digest, time, source and clock of all files that a student handed in, in order of storing."""
-        columns = select(Delivery.name, Delivery.digest, Delivery.received, Delivery.source, Delivery.clock)
+    def stored(self, student: str) -> list[Stored]:
+        """Return what is known of all files that a student handed in, in order of storing; not their contents."""
+        columns = select(*(getattr(Delivery, name) for name in Stored._fields)).join(StudentRecord)
         with self._database.reading() as session:
-            rows = session.execute(columns.join(StudentRecord).where(is_student(student)).order_by(Delivery.id))
-            return [tuple(row) for row in rows]
+            return [Stored(*row) for row in session.execute(columns.where(is_student(student)).order_by(Delivery.id))]
+
+    def contents(self, student: str, digests: Collection[str]) -> dict[str, bytes]:
+        """Return the contents of files that a student handed in, by digest."""
+        wanted = select(Delivery.digest, Delivery.content).join(StudentRecord).where(is_student(student))
+        with self._database.reading() as session:
+            rows = session.execute(wanted.where(Delivery.digest.in_(digests)))
+            return {digest: content for digest, content in rows}
 
     def content(self, student: str, name: str, digest: str) -> bytes | None:
         """Return the content of a file that a student handed in, by name and digest; None if there is none."""
@@ -365,7 +381,8 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             if new == mark:
                 return 0
             check_expected(session, before, mark, expected)
-            return decide(session, before, new.where, GivenMark(new, actor, clock.now()), actor, reason)
+            given = GivenMark(new, actor, clock.now())
+            return decide(session, before, new.where, given, actor, reason, mark.given)
 
     def note_prepared(self, key: str, prepared_from: str) -> None:
         """Store from what the run with a key was prepared last: its :attr:`RunRecord.prepared_from`."""
@@ -377,6 +394,31 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         with self._database.reading() as session:
             run = session.scalar(select(RunRecord).where(RunRecord.key == key))
             return None if run is None else _graded(session, run)
+
+    def find_made(self, key: str) -> Graded | None:
+        """Return the run with a key, and its marks as the software made them; None without one."""
+        with self._database.reading() as session:
+            run = session.scalar(select(RunRecord).where(RunRecord.key == key))
+            made = read_marks(session, RunRecord.key == key)
+            marks = tuple(mark for _student, mark, _given in made)
+            return None if run is None else Graded(run, marks, run.key_digest)
+
+    def given_marks(self, student: str) -> dict[tuple[Where, str], GivenMark]:
+        """Return what persons gave for a student's answers: (question, part) and digest of the answer → mark."""
+        with self._database.reading() as session:
+            given = session.scalars(select(GivenMark).join(StudentRecord).where(is_student(student)))
+            return {(one.mark.where, one.answer): one for one in given}
+
+    def run_of(self, ran: str) -> RunRecord | None:
+        """Return a run of equal content, whoever handed it in; None if nothing equal was run."""
+        with self._database.reading() as session:
+            return session.scalar(select(RunRecord).where(RunRecord.ran == ran).order_by(RunRecord.id).limit(1))
+
+    def keep(self, graded: Graded) -> None:
+        """Store a run and its marks beside the run that counts. Raises GradebookError as :meth:`record` does."""
+        with self._database.writing() as session:
+            run = _put_run(session, student_for(session, graded.run.student), graded)
+            _put_marks(session, run.id, graded.marks)
 
     def current(self, student: str) -> Graded | None:
         """Return the run of a student that counts, and its marks; None if nothing was graded."""
@@ -390,6 +432,13 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             graded = self.current(student.student)
             if graded is not None:
                 yield graded
+
+    def versions(self) -> dict[str, tuple[Mapping[str, Any], ...]]:
+        """Return the versions that each student's run that counts was chosen among, by ID."""
+        columns = select(StudentRecord.student, RunRecord.versions).join(RunRecord).where(RunRecord.current)
+        with self._database.reading() as session:
+            rows = session.execute(columns.order_by(StudentRecord.folded))
+            return {student: versions for student, versions in rows}
 
     # --- excuses ------------------------------------------------------------------------------------------------------
 
@@ -419,6 +468,35 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         with self._database.reading() as session:
             last = {act.notebook: act for act in read(session, Excuse, is_student(student))}
         return {name: act for name, act in last.items() if act.excused}
+
+    # --- versions that are taken --------------------------------------------------------------------------------------
+
+    def take(
+        self, student: str, notebook: str, source: str, received: datetime | None, *, reason: str, actor: str
+    ) -> None:
+        """Take a version of a notebook, whatever the rule says, or let the rule decide again.
+
+        Parameters
+        ----------
+        student, notebook : ID, and name without ending
+        source, received : of the hand-in with the version; "" and None to let the rule decide again
+        reason, actor : why, and who decides it
+
+        Raises
+        ------
+        GradebookError
+            If there is no such student, or no reason is given.
+        """
+        reason = _not_empty(reason, "The reason is empty: say why.")
+        with self._database.writing() as session:
+            about = known_student(session, student)
+            put(session, about.id, Take(NEW, about.student, notebook, source, received, actor, reason, clock.now()))
+
+    def takes(self, student: str) -> dict[str, Take]:
+        """Return what was taken of a student and counts now: notebook without ending → the act."""
+        with self._database.reading() as session:
+            last = {act.notebook: act for act in read(session, Take, is_student(student))}
+        return {name: act for name, act in last.items() if act.received is not None}
 
     # --- comments, publications and the audit trail -------------------------------------------------------------------
 
@@ -525,6 +603,8 @@ def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) 
     same_time = {(file.name, file.received, file.source) for file in new}
     same_content = {(file.name, file.digest, file.source): (file.received, file.clock) for file in new}
 
+    given_for = {key: file.assignment for key, file in wanted.items() if file.assignment}
+
     def is_replaced(old: Delivery) -> bool:
         """Return whether a new file replaces a stored one."""
         received, clock = same_content.get((old.name, old.digest, old.source), (old.received, old.clock))
@@ -539,7 +619,9 @@ def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) 
     session.execute(delete(Delivery).where(Delivery.id.in_(replaced)))
     for old in stored:
         if old.id not in replaced:
-            wanted.pop((old.name, old.digest, old.received), None)
+            key = old.name, old.digest, old.received
+            wanted.pop(key, None)
+            old.assignment = given_for.get(key, old.assignment)
     for file in wanted.values():
         put(session, student_id, file)
     return len(wanted)
@@ -583,7 +665,10 @@ def _put_marks(session: Session, run_id: int, new: Iterable[Mark]) -> None:
         wanted[clean.where] = beneath[clean.where] if is_manual else clean
     if list(wanted.values()) != stored:
         session.execute(delete(MarkRow).where(MarkRow.run_id == run_id))
-        rows = [{"run_id": run_id, "position": place, **vars(mark)} for place, mark in enumerate(wanted.values())]
+        rows = [
+            {"run_id": run_id, "position": place, "answer": answer_digest(mark.given), **vars(mark)}
+            for place, mark in enumerate(wanted.values())
+        ]
         if rows:
             session.execute(insert(MarkRow), rows)
 
@@ -592,7 +677,9 @@ def _graded(session: Session, run: RunRecord) -> Graded:
     """Return a run with its marks as they count now."""
     made = read_marks(session, RunRecord.id == run.id)
     counting = tuple(with_decision(mark, given) for _student, mark, given in made)
-    lapsed = (given for _student, mark, given in made if given is not None and not holds(given.mark, mark))
+    own = select(GivenMark).where(GivenMark.student_id == run.student_id).order_by(GivenMark.when)
+    last = {given.mark.where: given for given in session.scalars(own)}
+    lapsed = (last[mark.where] for mark in counting if mark.where in last and mark.status != Status.BY_A_PERSON)
     return Graded(run, counting, run.key_digest, tuple(lapsed))
 
 
@@ -622,7 +709,10 @@ def read_marks(session: Session, *which: Any) -> list[tuple[str, Mark, GivenMark
     """Return marks in order, each with its student's ID, and with the decision on it, even one that does not hold."""
     made: Any = MarkRow
     given: Any = GivenMark
-    same = and_(given.student_id == RunRecord.student_id, given.question == made.question, given.part == made.part)
+    same = and_(
+        given.student_id == RunRecord.student_id,
+        *(getattr(given, name) == getattr(made, name) for name in ("question", "part", "answer")),
+    )
     columns = select(StudentRecord.student, MarkRow.mark, GivenMark).select_from(StudentRecord)
     statement = columns.join(RunRecord).join(MarkRow).outerjoin(GivenMark, same).where(*which)
     rows = session.execute(statement.order_by(StudentRecord.folded, MarkRow.position))
@@ -634,6 +724,11 @@ def with_decision(mark: Mark, decision: GivenMark | None) -> Mark:
     return replace(decision.mark, given=mark.given) if decision and holds(decision.mark, mark) else mark
 
 
+def with_given(marks: Iterable[Mark], given: Mapping[tuple[Where, str], GivenMark]) -> list[Mark]:
+    """Return marks that the software made, with those that persons gave (from :meth:`Gradebook.given_marks`)."""
+    return [with_decision(mark, given.get((mark.where, answer_digest(mark.given)))) for mark in marks]
+
+
 def holds(decision: Mark | Act, mark: Mark) -> bool:
     """Return whether a decision holds for a mark: it is on the same answer, out of the same possible points."""
     return decision.out_of == mark.out_of and same_answer(decision.given, mark.given)
@@ -641,10 +736,7 @@ def holds(decision: Mark | Act, mark: Mark) -> bool:
 
 def same_answer(first: str, second: str) -> bool:
     """Return whether two answers are equal but for white space and the composition of accents."""
-    if first == second:  # as nearly all are
-        return True
-    left, right = (" ".join(unicodedata.normalize("NFC", text).split()) for text in (first, second))
-    return left == right
+    return first == second or answer_digest(first) == answer_digest(second)
 
 
 # --- the audit trail --------------------------------------------------------------------------------------------------
@@ -706,21 +798,27 @@ def decided(mark: Mark, points: float, reason: str) -> Mark:
     return replace(mark, status=Status.BY_A_PERSON, points=float(points) + 0.0, reason=storable.text(reason))
 
 
-def decide(session: Session, before: Current, where: Where, given: GivenMark | None, actor: str, reason: str) -> int:
-    """Store a person's mark on an answer; None deletes an earlier one. Write the audit trail.
+def decide(
+    session: Session, before: Current, where: Where, given: GivenMark | None, actor: str, reason: str, answer: str
+) -> int:
+    """Store a person's mark; None deletes the one on this answer. Write the audit trail.
 
     Returns
     -------
     int
         How many marks changed.
     """
-    key = (before.student.id, *where)
     if given is not None:
         given.student_id = before.student.id
         session.merge(given)
-    elif (earlier := session.get(GivenMark, key)) is not None:
+    elif (earlier := _given_for(session, before, where, answer)) is not None:
         session.delete(earlier)
     return put_audit(session, before, actor, reason, is_decided=True)
+
+
+def _given_for(session: Session, before: Current, where: Where, answer: str) -> GivenMark | None:
+    """Return the mark that a person gave for an answer of a student; None without one."""
+    return session.get(GivenMark, (before.student.id, answer_digest(answer), *where))
 
 
 def check_expected(session: Session, before: Current, mark: Mark, expected: Mark | None) -> None:
@@ -843,10 +941,12 @@ class Scores:
         with self._database.writing() as session:
             act = _own_act(session, number, storable.text(actor))
             before = current(session, act.student)
-            if not act.still_stands(session.get(GivenMark, (before.student.id, *act.where))):
+            if not act.still_stands(_given_for(session, before, act.where, act.given)):
                 raise _changed_error(session, before, before.mark(act.where))
             earlier = act.replaced and GivenMark.from_json(**act.replaced)
-            return _act(session, before, earlier, f"taken back: act {number}", act.where, actor, undoes=number)
+            return _act(
+                session, before, earlier, f"taken back: act {number}", act.where, actor, given=act.given, undoes=number
+            )
 
     # --- who reads what -----------------------------------------------------------------------------------------------
 
@@ -909,23 +1009,24 @@ def standing(acts: Sequence[Act]) -> list[Act]:
 
 
 def _act(
-    session: Session, before: Current, given: GivenMark | None, reason: str, where: Where, actor: str, **more: Any
+    session: Session, before: Current, decision: GivenMark | None, reason: str, where: Where, actor: str, **more: Any
 ) -> Act:
     """Store what a scorer did, the decision that follows from it, and the audit trail; return the act.
 
     Parameters
     ----------
     before : what counts for the student now
-    given : the decision; None leaves the software's mark
+    decision : the mark that follows from it; None leaves the software's mark
     reason : for the audit trail, if there is no remark
     where, actor, more : fields of the act
     """
-    mark, replaced = before.mark(where), session.get(GivenMark, (before.student.id, *where))
+    mark = before.mark(where)
     usual = {"level": None, "points": None, "remark": "", "referred": False, "undoes": None}
     fields: dict[str, Any] = {**usual, "out_of": mark.out_of, "given": mark.given, **more}
     act = Act(NEW, before.student.student, *where, actor, when=clock.now(), **fields)
+    replaced = _given_for(session, before, where, act.given)
     act = put(session, before.student.id, act, replaced=replaced and replaced.as_json())
-    decide(session, before, where, given, actor, act.remark or reason)
+    decide(session, before, where, decision, actor, act.remark or reason, act.given)
     return act
 
 

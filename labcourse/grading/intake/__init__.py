@@ -13,15 +13,16 @@ All of them fill in a :class:`~labcourse.grading.submission.Submission`. What is
 """
 
 from labcourse.grading.intake.finding import ClassFolder, find
-from labcourse.grading.intake.owners import students_in
-from labcourse.grading.intake.reading import Master, choose_newest, is_answered, is_unread, read, unread_problems
+from labcourse.grading.intake.owners import course_data, students_in
+from labcourse.grading.intake.reading import Master, choose_newest, is_changed, is_unread, read, unread_problems
 
 __all__ = [
     "ClassFolder",
     "Master",
     "choose_newest",
+    "course_data",
     "find",
-    "is_answered",
+    "is_changed",
     "is_unread",
     "read",
     "students_in",

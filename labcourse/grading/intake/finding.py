@@ -661,6 +661,5 @@ def _submission(student: str, pieces: Iterable[Piece]) -> Submission:
         pieces=tuple(own),
         bench_of=own[-1].owner.bench_of if own else "",
         partners=tuple(sorted(together - {student}, key=caseless)),
-        claimed_by=claimed_by,
         unconfirmed=tuple(piece for piece in pieces if student in piece.owner.waiting),
     )

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
-from functools import cached_property
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -51,7 +50,6 @@ def read(
     packages: Collection[str] = (labcourse.__name__,),
     reports: Sequence[str] = (),
     decisions: Decisions | None = None,
-    earlier: Callable[[], Iterable[Delivery]] = tuple,
 ) -> Submission:
     """Read a submission's pieces, in order of time: fill in what was read. Return the same submission.
 
@@ -65,10 +63,9 @@ def read(
     packages : names of the course's packages, which are not own files
     reports : file names of the course's reports, as PDF
     decisions : which of several files counts, by the instructor
-    earlier : function that returns what the student handed in before; called only if nothing is written in a notebook
     """
     with Shelf() as shelf:
-        reader = _Reader(submission, shelf, wanted, masters or {}, packages, reports, decisions or {}, earlier)
+        reader = _Reader(submission, shelf, wanted, masters or {}, packages, reports, decisions or {})
         for piece in submission.pieces:
             reader.read(piece)
     submission.notes = list(dict.fromkeys(submission.notes))
@@ -117,8 +114,6 @@ class _Reader:
     packages: Collection[str]
     reports: Sequence[str]
     decisions: Decisions
-    earlier: Callable[[], Iterable[Delivery]]
-    answered: set[str] = field(default_factory=set)  # notebooks in which something was written
     parts: int = 0  # of the notebooks that were read
 
     def read(self, piece: Piece) -> None:
@@ -132,7 +127,10 @@ class _Reader:
         except Unreadable as error:
             trouble = (error.problem,)
         if trouble:
-            submission.unreadable.append(Problem.of(Code.SUBMISSION_UNREAD, piece.source, why=trouble))
+            received = piece.received.isoformat()  # the next week's may have the same name
+            submission.unreadable.append(
+                Problem.of(Code.SUBMISSION_UNREAD, piece.source, why=trouble, received=received)
+            )
         for why in dict.fromkeys(piece.refused.values()):
             refused = [path for path, reason in piece.refused.items() if reason == why]
             self._note_files(Code.FILES_REFUSED, refused, why=why)
@@ -164,7 +162,8 @@ class _Reader:
     def _add(self, name: str, data: bytes) -> None:
         """Add a file to what was read of the submission, under its name in the course."""
         piece, digest = self._piece, hashlib.sha256(data).hexdigest()
-        self.submission.items.append(Delivery(name, digest, data, piece.received, piece.source, piece.clock))
+        about = (piece.received, piece.source, piece.clock, piece.folder_of)
+        self.submission.items.append(Delivery(name, digest, data, *about, attempt=piece.owner.attempt, copy=piece.copy))
         self.submission.unread.pop(name, None)
 
     # --- notebooks ----------------------------------------------------------------------------------------------------
@@ -187,30 +186,14 @@ class _Reader:
         return notebook
 
     def _add_notebook(self, name: str, notebook: Notebook) -> None:
-        """Add a notebook to what was read; note one without answers where there is one with answers, and leave it out.
-
-        If it is added, problems of pieces that cannot be read become notes.
-        """
+        """Add a notebook to what was read. If it is changed, problems of unreadable pieces before it become notes."""
         master, submission = self.masters.get(name), self.submission
-        if master is None or _count_changed(notebook, master):
-            self.answered.add(name)
-        elif name in self.answered or self._was_answered(name, master):
-            submission.notes.append(Problem.of(Code.EMPTY_BESIDE_ANSWERED, name, source=self._piece.source))
-            return
         self._add(name, to_bytes(notebook.cells))
         submission.faults += [replace(problem, where=name) for problem in notebook.problems]
-        submission.notes += submission.unreadable
-        submission.unreadable.clear()
         submission.has_notebooks = True
-
-    def _was_answered(self, name: str, master: Master) -> bool:
-        """Return whether the student handed in this notebook before this piece, with something written in it."""
-        before = self._earlier.get(name)
-        return before is not None and before.received < self._piece.received and is_answered(before, master)
-
-    @cached_property
-    def _earlier(self) -> dict[str, Delivery]:
-        return {item.name: item for item in self.earlier()}
+        if master is None or _count_changed(notebook, master):
+            submission.notes += submission.unreadable
+            submission.unreadable.clear()
 
     def _folder_of_most(self, fits: Mapping[str, Sequence[tuple[Fit, str]]]) -> str:
         """Return the folder of this piece that holds most of the course's notebooks; "" is the top.
@@ -506,9 +489,10 @@ def _most_alike(cells: Sequence[Cell], masters: Mapping[str, Master]) -> str | N
     return name if most >= max(_FEWEST_CELLS, len(masters[name]) // 2) else None
 
 
-def is_answered(notebook: Delivery, master: Master) -> bool:
-    """Return whether a student wrote something in a notebook that was handed in; ``master`` is the course's."""
-    return _count_changed(Notebook.read(notebook.content), master) > 0
+def is_changed(content: bytes, masters: Iterable[Master]) -> bool:
+    """Return whether a student wrote something in a notebook that none of the course's, given as masters, holds."""
+    notebook = Notebook.read(content)
+    return all(_count_changed(notebook, master) for master in masters)
 
 
 def _count_changed(notebook: Notebook, master: Master) -> int:

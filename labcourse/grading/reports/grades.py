@@ -19,6 +19,7 @@ from typing import Any
 import labcourse
 from labcourse import clock, files, program
 from labcourse.errors import GradingError
+from labcourse.grading import counting
 from labcourse.grading.accounts import Account, in_full, points, unknown_names
 from labcourse.grading.assignments import given_back
 from labcourse.grading.course import Course
@@ -97,6 +98,7 @@ class Reports(AbstractContextManager["Reports"]):
 
     def __post_init__(self) -> None:
         make_folder(self.out)
+        counting.recount_all(self.book, self.course)
         self.without_page: list[str] = []
         self._failures: dict[Path, OSError] = {}
         self._hints: list[hints.Hint] = []

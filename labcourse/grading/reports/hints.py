@@ -26,6 +26,7 @@ from labcourse.answers import answers
 from labcourse.benches import OWN, REAL
 from labcourse.errors import AnswerError, GradingError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
+from labcourse.grading.counting import bench_of
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded
 from labcourse.grading.graded_run import answers_of, submission_of
@@ -194,9 +195,11 @@ def measured(graded: Graded, course: Course) -> dict[str, Any]:
     parts = measured_parts(course.key)
     submission = submission_of(graded.run)
     try:
-        bench = course.true_bench(submission.bench_of, submission.policy, submission.evidence)
-        content = answers_of(graded.run)["answers"]
-        expected = {where: float(own.expected(bench)) for where, own in parts.items()}
+        about, run = (submission.policy, submission.evidence), graded.run
+        content = answers_of(run)["answers"]
+        owners = {where: bench_of(run, course.notebook_of(where[0])) for where in parts}
+        benches = {owner: course.true_bench(owner, *about) for owner in owners.values()}
+        expected = {where: float(own.expected(benches[owners[where]])) for where, own in parts.items()}
         numbers = {where: content.get(where[0], {}).get(where[1], {}).get("value") for where in parts}
         given = {where: float(number) for where, number in numbers.items() if _is_number(number)}
     except Exception:  # a fault of the course's own code, or an unknown bench: a hint is not worth losing a report

@@ -9,16 +9,15 @@ from functools import cached_property
 
 from labcourse.grading.accounts import Account, AssignmentGrade, account_of
 from labcourse.grading.assignments import Handed
+from labcourse.grading.counting import received
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Arrival, CommentRecord, GivenMark, Gradebook, Graded, RunRecord, StudentRecord
-from labcourse.grading.graded_run import key_faults, submission_of
-from labcourse.grading.intake import is_unread
+from labcourse.grading.gradebook import CommentRecord, GivenMark, Gradebook, Graded, RunRecord, StudentRecord
+from labcourse.grading.graded_run import key_faults
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.changes import ChangedMark
 from labcourse.messages import plural, shortened
 from labcourse.patterns import pattern
-from labcourse.problems import NOT_COUNTED, Code, Problem, has
-from labcourse.student_id import caseless
+from labcourse.problems import NOT_COUNTED, Problem
 
 #: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
 _NUMBER = pattern(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
@@ -188,27 +187,6 @@ def nothing_given(course: Course) -> tuple[Mark, ...]:
     """Return the marks of somebody who gave no answer: one of 0 points for each part that the class is asked."""
     parts = [(question.number, part) for question in course.asked_catalogue.marked.values() for part in question.parts]
     return tuple(Mark(number, part.name, Status.MISSING, 0.0, part.points, "") for number, part in parts)
-
-
-def received(book: Gradebook, student: str, graded: Graded | None) -> dict[str, Arrival]:
-    """Return file name → when it was handed in, of each notebook of a student.
-
-    What only a partner handed in is stored as the partner's. It is added if the run that counts is on the partner's
-    bench, without what this run says was not handed in, or could not be read. The student's own times replace it.
-
-    Parameters
-    ----------
-    book : the gradebook
-    student : ID
-    graded : their run that counts, which names their partner; None without a run
-    """
-    partner = "" if graded is None else submission_of(graded.run).bench_of
-    if graded is None or not partner or caseless(partner) == caseless(student):
-        return book.received(student)
-    run, theirs = graded.run, book.received(partner)
-    own = [name for name in theirs if has(Code.NOT_HANDED_IN, run.notes, name) or is_unread(name, run.problems)]
-    theirs = {name: when for name, when in theirs.items() if name not in own}
-    return {**theirs, **book.received(student)}
 
 
 def state_of(grade: AssignmentGrade) -> str:

@@ -119,6 +119,12 @@ class Bundles:
                 digest.update(f"{path} ".encode() + hashlib.sha256(content).digest())
         return digest.hexdigest()
 
+    def masters(self, name: str) -> list[dict[str, Any]]:
+        """Return a notebook, by file name, as it is in each release that has it: the id of each cell → the cell."""
+        releases = [self.current.pristine, *(release.notebooks for release in self._older.values())]
+        notebooks = [notebooks[name] for notebooks in releases if name in notebooks]
+        return [{cell["id"]: cell for cell in notebook["cells"]} for notebook in notebooks]
+
     def choose(self, notebooks: Mapping[str, Iterable[Cell]], course_json: Mapping[str, Any]) -> Chosen:
         """Choose the bundle under which a submission is run and marked.
 

@@ -48,14 +48,19 @@ def run_content(submission: Submission) -> list[Any]:
     return [submission.bench_of, submission.bundle.digest, cells, _file_digests(submission.files)]
 
 
+def not_run(submission: Submission) -> list[Any]:
+    """Return what is marked and not run, as plain data: answers in words, and reports."""
+    return [list(submission.words.items()), _file_digests(submission.pdfs)]
+
+
 def submission_digest(submission: Submission, content: list[Any]) -> str:
     """Return a digest of a whole submission: of what is run, of what is not, and of problems and notes.
 
     ``content`` is from :func:`run_content`.
     """
-    not_run = [list(submission.words.items()), submission.claim, submission.handed_in, _file_digests(submission.pdfs)]
+    compared = [submission.claim, submission.handed_in]
     messages = as_json([submission.problems, submission.notes])
-    return content_digest([content, *not_run, messages, submission.waiting])
+    return content_digest([content, *not_run(submission), *compared, messages, submission.waiting])
 
 
 def prepare(

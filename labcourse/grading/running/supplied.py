@@ -17,7 +17,6 @@ import numpy as np
 from labcourse.answers import forms
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import AnswerError, GradingError, StudentIDError
-from labcourse.grading.gradebook.earlier import EarlierRun
 from labcourse.run.alignment import recorded
 from labcourse.student_id import caseless, normalised
 
@@ -74,9 +73,9 @@ def read(text: str, catalogue: Catalogue) -> Supplied:
         raise GradingError(f"{text!r} cannot be supplied: {error}") from None
 
 
-def of_earlier(runs: Mapping[str, EarlierRun]) -> list[Supplied]:
-    """Return the values that instructors supplied in an earlier gradebook; ``runs`` are ID of a student → their run."""
-    given = ((one, name.rpartition("."), value) for one in runs for name, value in runs[one].supplied.items())
+def of_earlier(values: Mapping[str, Mapping[str, Any]]) -> list[Supplied]:
+    """Return the values that instructors supplied in an earlier gradebook; ``values`` have them by student and name."""
+    given = ((one, name.rpartition("."), value) for one in values for name, value in values[one].items())
     return [Supplied(student, question, part, value) for student, (question, _dot, part), value in given]
 
 

@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from labcourse.answers.parts import WHOLE, Part, Question
 from labcourse.answers.report_files import NOT_WRITTEN, ReportFile, without_digests
+from labcourse.grading.counting import bench_of
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, RunRecord
 from labcourse.grading.graded_run import submission_of
@@ -88,7 +89,8 @@ def _compared(course: Course, run: RunRecord, where: Where) -> str:
         return ""
     submission, part = submission_of(run), course.catalogue.find_marked(where[0]).part(where[1])
     try:
-        bench = course.true_bench(submission.bench_of, submission.policy, submission.evidence)
+        owner = bench_of(run, course.notebook_of(where[0]))
+        bench = course.true_bench(owner, submission.policy, submission.evidence)
         return compared(part, bench) if compared else f"{own.expected(bench):.5g} {part.unit} on this student’s bench."
     except Exception as error:  # of the course's own code; an answer is to be seen in any case
         return f"The key does not say: {type(error).__name__}: {error}"

@@ -24,7 +24,6 @@ from labcourse.errors import GradebookError
 from labcourse.grading.accounts import worth as in_points
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Act, Answer, StudentRecord
-from labcourse.grading.graded_run import submission_of
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.result import result_in
 from labcourse.grading.reports.templating import templates
@@ -197,16 +196,13 @@ class Pages:
         answer = self.desk.find(_where(request), request.query_params.get("key", ""))
         graded = self.desk.book.current(answer.student) if answer is not None else None
         about = cards.report_of(self.desk, graded.run, answer.where) if answer and graded else None
-        if answer and graded and about:
-            # Of a pair, what only the partner handed in is stored as theirs.
-            for student in dict.fromkeys((answer.student, submission_of(graded.run).bench_of)):
-                content = self.desk.book.content(student, about.name, about.digest)
-                if content is not None:
-                    headers = {
-                        "content-security-policy": REPORT_POLICY,
-                        "content-disposition": f"inline; filename*=UTF-8''{quote(about.name)}",
-                    }
-                    return Response(content, media_type="application/pdf", headers=headers)
+        content = self.desk.book.content(answer.student, about.name, about.digest) if answer and about else None
+        if content is not None and about:
+            headers = {
+                "content-security-policy": REPORT_POLICY,
+                "content-disposition": f"inline; filename*=UTF-8''{quote(about.name)}",
+            }
+            return Response(content, media_type="application/pdf", headers=headers)
         raise HTTPException(404, "There is no such report any more: open the answer again.")
 
     async def act(self, request: Request) -> Response:

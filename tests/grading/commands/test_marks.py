@@ -9,8 +9,8 @@ from command_line import rotflex, said
 from gradebooks import enrol, graded, mark, prose, record, rows
 
 from labcourse.errors import GradingError
+from labcourse.grading.counting import Regraded
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.graded_run import Regraded
 from labcourse.problems import Code, Problem
 from labcourse.sentences import sentence
 
@@ -116,7 +116,7 @@ def marked_again(monkeypatch):
     """Regrade with these outcomes."""
 
     def outcomes(*found):
-        monkeypatch.setattr("labcourse.grading.graded_run.regrade", lambda *_, **_others: iter(found))
+        monkeypatch.setattr("labcourse.grading.counting.regrade", lambda *_, **_others: iter(found))
 
     return outcomes
 
@@ -159,7 +159,7 @@ def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, mon
         yield Regraded(graded("ada"), graded("ada"))
         raise GradingError("The database is gone.")
 
-    monkeypatch.setattr("labcourse.grading.graded_run.regrade", fails)
+    monkeypatch.setattr("labcourse.grading.counting.regrade", fails)
     done = rotflex("regrade", book, "--solutions", ROOT, "--out", tmp_path / "out")
     assert done.exit_code == 2 and "rotflex: The database is gone." in done.output
     assert list(rows(tmp_path / "out")) == ["ada", "bob", "eve"]

@@ -13,9 +13,10 @@ from gradebooks import graded, mark, prose, record, report_text, rows
 from made_courses import OURS
 
 from labcourse.grading.batch import Batch
+from labcourse.grading.counting import regrade
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.gradebook.database import Database
-from labcourse.grading.graded_run import regrade, submission_of
+from labcourse.grading.graded_run import submission_of
 from labcourse.grading.reports.result import received
 from labcourse.problems import Code
 

@@ -16,7 +16,7 @@ from labcourse import clock
 from labcourse.answers.cell_reports import CellReports
 from labcourse.errors import GradebookError
 from labcourse.grading import erasure
-from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, StudentRecord
+from labcourse.grading.gradebook import Delivery, Gradebook, StudentRecord
 from labcourse.grading.gradebook.database import Database
 from labcourse.grading.gradebook.persons import MARKER, Person
 from labcourse.grading.gradebook.records import Base, Excuse
@@ -54,6 +54,7 @@ def book(book, tmp_path):
     book.publish("lea", f"without {NAME}")
     book.excuse(ID, ["02_speed"], reason=f"{NAME} was ill", actor="lea")
     book.excuse("bob", ["02_speed"], reason=f"worked with {NAME}", actor="lea")
+    book.take(ID, "02_speed", f"{ID}.zip", WHEN, reason=f"{NAME} was ill", actor="lea")
     return book
 
 
@@ -97,7 +98,7 @@ def test_nothing_is_left_of_an_erased_person_and_nothing_else_changes(book, url)
     done = book.persons.erase(ID.lower(), "lea")
     assert done.about == StudentRecord(ID, NAME, EMAIL, "A", (OTHER,), enrolled=True)
     assert done.counts == {
-        **{"marks": 3, "scores": 1, "audit": 4, "claims": 1, "comments": 2, "excuses": 1},
+        **{"marks": 3, "scores": 1, "audit": 4, "claims": 1, "comments": 2, "excuses": 1, "takes": 1},
         **{"decisions": 1, "runs": 1, "deliveries": 1},
     }
     assert done.still_named == ()
@@ -245,15 +246,6 @@ def test_messages_on_runs_of_others_lose_the_name_and_a_course_changes_the_rest(
     assert book.current("bob").run.answers == b"{}"
     assert [one.content for one in book.delivered("bob")] == [b"[]"]
     assert {"bob, runs", "bob, deliveries, 02.ipynb"} <= set(done.redacted)
-
-
-def test_common_work_that_only_they_handed_in_is_stored_for_the_partner(book):
-    record(book, graded("eve"))
-    book.persons.erase(ID, "lea", partners=["eve", "bob"])
-    assert [one.name for one in book.delivered("eve")] == ["02.ipynb"] and book.received("eve") == {
-        "02.ipynb": Arrival(WHEN)
-    }
-    assert [file.content for file in book.delivered("bob")] == [json.dumps({"cells": ["It shakes."]}).encode()]
 
 
 def test_a_copy_has_all_rows_of_a_person_and_each_file_that_they_handed_in(book):

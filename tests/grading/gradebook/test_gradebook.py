@@ -126,7 +126,7 @@ MONDAY, TUESDAY = (datetime(2026, 3, day, 12, 0, 0, 250000, tzinfo=UTC) for day 
 
 
 def handed_in(name="02.ipynb", content=b"{}", received=MONDAY, source="ada.zip", clock=None):
-    return Delivery(name, hashlib.sha256(content).hexdigest(), content, received, source, clock)
+    return Delivery(name, hashlib.sha256(content).hexdigest(), content, received, source, clock, stored=MONDAY)
 
 
 def test_the_newest_version_of_each_file_counts_and_all_are_stored(book, url):

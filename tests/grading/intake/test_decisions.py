@@ -7,7 +7,7 @@ import pytest
 from packings import WANTED, lay, notebook, work, zipped
 
 from labcourse.grading import intake
-from labcourse.grading.gradebook.records import Delivery, StudentRecord
+from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake.platforms import parse_time
 from labcourse.grading.submission import OWNER, TIME_RECEIVED
 from labcourse.problems import Code, Problem
@@ -92,27 +92,6 @@ def test_an_instructor_decides_owner_and_time(tmp_path):
     (piece,) = found.submissions[2].pieces
     assert piece.received == parse_time("2026-11-19 08:00")
     assert Problem.of(Code.DECIDED_OWNER_UNKNOWN, "cleo.zip", owner="nobody at all") in found.ignored
-
-
-def test_an_empty_notebook_that_came_later_does_not_replace_an_answered_one(tmp_path):
-    monday = {A: ANSWERED, B: notebook(B, "")}
-    friday = {A: EMPTY, B: notebook(B, "x = 2"), C: notebook(C, "")}
-    for name, files, when in (("ada (1).zip", monday, EARLY), ("ada (2).zip", friday, LATE)):
-        lay(tmp_path, {name: zipped(files, when)})
-    (submission,) = intake.find(tmp_path).submissions
-    read = intake.read(submission, WANTED, MASTERS)
-    intake.choose_newest(read, read.items, WANTED)
-    assert [read.notebooks[name][0].source for name in WANTED] == ["x = 1", "x = 2", ""]
-    assert read.notes == [Problem.of(Code.EMPTY_BESIDE_ANSWERED, A, source="ada (2).zip")]
-
-
-@pytest.mark.parametrize(("before", "stays"), [(EARLY, True), (LATE, False)])
-def test_nor_one_that_was_handed_in_with_an_earlier_batch(tmp_path, before, stays):
-    lay(tmp_path, {"ada.zip": zipped({A: EMPTY})}, EARLY + (LATE - EARLY) / 2)
-    (submission,) = intake.find(tmp_path).submissions
-    earlier = [Delivery(A, "", ANSWERED, before, "b.zip")]
-    read = intake.read(submission, WANTED, MASTERS, earlier=lambda: earlier)
-    assert [item.name for item in read.items] == ([] if stays else [A])
 
 
 def test_an_answer_that_is_shorter_than_the_text_that_it_replaces_is_an_answer(tmp_path):
