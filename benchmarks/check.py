@@ -22,9 +22,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 _PROGRAM = """
 import sys
-from labcourse.run import execute
+from labcourse.run import warm
 from rotflex import cli
-execute.CAN_FORK = execute.CAN_FORK and {warm}
+warm.CAN_FORK = warm.CAN_FORK and {warm}
 sys.argv[1:] = ["check", {folder!r}]
 cli.run()
 """

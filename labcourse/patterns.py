@@ -28,3 +28,6 @@ def pattern(text: AnyStr, longest: int = SHORT, flags: int = 0) -> re.Pattern[An
     compiled = re.compile(text, flags)
     LISTED[compiled] = max(longest, LISTED.get(compiled, 0))
     return compiled
+
+
+CELL_ID = pattern(r"[a-zA-Z0-9_-]{1,64}", CELL)  #: what the format of notebooks allows as the id of a cell

@@ -42,7 +42,7 @@ NEW_COURSE = "labcourse/grading/new/template/"  #: a course of its own plant, wi
 MADE_COURSES = re.compile(r"springlab|spring-course|01_spring")
 #: Files with versions of a library that look like questions.
 VERSIONS = {
-    "labcourse/run/inside/private_interfaces.py": ("3.10", "3.11"),
+    "labcourse/run/inside/private_interfaces.py": ("2.6", "2.7", "3.10", "3.11"),
     "labcourse/grading/release/student_course.py": ("3.11",),
     "labcourse/grading/release/student_notebooks.py": ("4.5",),
     "labcourse/run/skippable_cells.py": ("3.12",),

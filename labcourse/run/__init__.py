@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 
-from labcourse.patterns import CELL, pattern
-
-CELL_ID = pattern(r"[a-zA-Z0-9_-]{1,64}", CELL)  #: what the format of notebooks allows as the id of a cell
 #: Environment variable, set while notebooks are run by a program: "grade" or "check".
 RUNNING = "LABCOURSE_RUNNING"
 _NBVAL = ".ipynb::"  # in the name of a test that is a notebook's cell

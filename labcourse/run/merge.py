@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from labcourse.answers.notebooks import CODE, Cell
-from labcourse.run import CELL_ID, alignment, skippable_cells
+from labcourse.patterns import CELL_ID
+from labcourse.run import alignment, skippable_cells
 from labcourse.run.alignment import Change, Placed, Role, source_of
 
 NotebookJson = dict[str, Any]

@@ -23,7 +23,8 @@ from labcourse.answers.notebooks import CODE, Notebook, NotebookError
 from labcourse.answers.words import KEY
 from labcourse.errors import CheckError, ConfigurationError
 from labcourse.files import COURSE_FILE
-from labcourse.run import CELL_ID, alignment
+from labcourse.patterns import CELL_ID
+from labcourse.run import alignment
 from labcourse.run.alignment import Happened, Placed, Role, source_of
 
 _VERSION = (4, 5)  # of the format of notebooks: the first whose cells have ids

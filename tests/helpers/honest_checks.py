@@ -21,11 +21,11 @@ _PROGRAM = """
 import json, sys
 from pathlib import Path
 from labcourse.answers import notebooks
-from labcourse.run import execute
+from labcourse.run import warm
 from labcourse.run.check import check
 from labcourse.sentences import sentences
 folder, student, seconds = sys.argv[1:]
-execute._run_in_kernels = None  # by the warm runner alone
+warm._KernelClient = None  # by the warm process alone
 masters = notebooks.masters()
 found = check(Path(folder), masters, notebooks.catalogue_of(masters), student=student, cell_timeout=float(seconds))
 parts = [[one.question, one.name, one.state.value] for one in found.parts]

@@ -1,15 +1,19 @@
-"""The kernel: ipykernel's own, without its sockets and threads, in the process that gives it cells to run."""
+"""The kernel: ipykernel's own, without its sockets and threads, in the process that gives it cells to run.
+
+What cells show is discarded, or written to a file (:mod:`.outputs`) for the process that follows the run.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import base64
 import io
 import logging
 import os
 import random
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, cast
 
@@ -20,29 +24,38 @@ from traitlets.config import Config
 
 from labcourse.answers import cell_reports
 
-from . import private_interfaces
+from . import outputs, private_interfaces
+from .outputs import Message, Source
 
 # What comes after an await is checked as well: IPython runs such cells in another way.
 _TRIAL = "import asyncio\nawait asyncio.sleep(0)\nran = 6 * 7"
 
-Message = dict[str, Any]
-Source = tuple[str, str | None]  # of a cell, and the cell's id
-
 
 class Kernel:
-    """A kernel in this process. Made before the fork; each process that is forked runs one notebook."""
+    """A kernel in this process. Made before the fork; each process that is forked runs one notebook.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    muted : whether what cells show is discarded, and for the most part not even made
+    """
+
+    def __init__(self, muted: bool) -> None:
         log = logging.getLogger(__name__)
         log.addHandler(logging.NullHandler())
         log.propagate = False  # cells may set up logging
-        self._session = MutedSession()
+        self._muted = muted
+        self._writer: outputs.Writer | None = None
+        self._streams: Sequence[Any] = ()
+        self._session = OwnSession()
         config = Config(private_interfaces.kernel_options())
         self._kernel = IPythonKernel.instance(config=config, session=self._session, log=log)
         private_interfaces.run_in_main_thread(self._kernel)
         self._shell = cast(Any, self._kernel.shell)
         self._shell.enable_gui = _enable_gui
-        private_interfaces.discard_output(self._shell)
+        if muted:
+            private_interfaces.discard_output(self._shell)
+        else:
+            private_interfaces.draw_inline()
 
     def try_out(self, report_step: Callable[[], None]) -> None:
         """Run a cell with a known result, to check that cells run with these libraries.
@@ -52,17 +65,16 @@ class Kernel:
         RuntimeError
             If the result is another: an error in a kernel's own code is lost, as if a cell had broken it.
         """
-        self._run_from_start([(_TRIAL, None)], report_step)
+        self._run_from_start([(_TRIAL, None, False)], report_step)
         if self._shell.user_ns.get("ran") != 42:
             raise RuntimeError("Cells do not run.")
 
-    def run(self, name: str, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
-        """Run the cells of a notebook, whatever happens in each of them, and report on them.
+    def run(self, request: Mapping[str, Any], report_step: Callable[[], None]) -> None:
+        """Run the cells of a notebook, and report on them.
 
         Parameters
         ----------
-        name : file name of the notebook
-        cells : from :func:`.main.sources`
+        request : from :meth:`.papermill_client.Client.execute`
         report_step : called before and after each cell
 
         Raises
@@ -73,10 +85,18 @@ class Kernel:
         random.seed()  # the fork has copied the state of the generators
         np.random.seed()
         private_interfaces.reseed_sympy()
-        cell_reports.begin(cell_reports.REPORTS_FILE, name)
-        self._run_from_start(cells, report_step)
+        if request["reports"]:
+            cell_reports.begin(request["reports"], request["name"])
+        self._writer = outputs.Writer(request["outputs"])
+        if not self._muted:
+            self._session.writer = self._writer
+            self._session.send(None, outputs.BEGIN, {"language_info": self._kernel.language_info})
+        job: Any = getattr(cell_reports, "job", None)
+        if getattr(job, "STUDENT", ""):  # there if the notebook's own cell stops
+            self._shell.user_ns.update(student=job.STUDENT, bench=job.BENCH)
+        self._run_from_start(request["cells"], report_step)
 
-    def _run_from_start(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
+    def _run_from_start(self, cells: list[Source], report_step: Callable[[], None]) -> None:
         """Take over this process, which was forked for it, and run the cells in an event loop."""
         self._take_over()
         # The loop is not closed in the end: what a cell has left running in it need not be waited for.
@@ -88,24 +108,32 @@ class Kernel:
         """Set the process's standard streams, arguments, path and signals as a kernel has them."""
         nowhere = os.open(os.devnull, os.O_RDWR)
         sys.stdin = open(nowhere, closefd=False)  # noqa: SIM115 (open as long as the process lives)
-        sys.stdout = MutedStream("stdout", nowhere)
-        sys.stderr = MutedStream("stderr", nowhere)
         for number in range(3):
             os.dup2(nowhere, number)
+        if self._muted:
+            sys.stdout, sys.stderr = MutedStream("stdout", nowhere), MutedStream("stderr", nowhere)
+        else:
+            sys.stdout, sys.stderr = self._streams = private_interfaces.streams(self._session)
         sys.displayhook = self._shell.displayhook
         sys.argv = ["ipykernel_launcher.py", "-f", "kernel.json", "--HistoryManager.hist_file=:memory:"]
         sys.path.insert(_place_of_current_folder(), "")
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    async def _run_cells(self, cells: Sequence[Source], report_step: Callable[[], None]) -> None:
-        """Run the cells in order; raise SystemExit after one that called ``exit()``."""
+    async def _run_cells(self, cells: list[Source], report_step: Callable[[], None]) -> None:
+        """Run the cells in order, to the first that may not fail and does; raise SystemExit after ``exit()``."""
         self._kernel.io_loop = _Loop(asyncio.get_running_loop())  # type: ignore[assignment]  # it has all that is used of a loop
-        for source, cell in cells:
+        for source, cell, may_fail in cells:
             report_step()
             await self._execute(source, cell)
+            has_failed, self._session.has_failed = self._session.has_failed, False
+            private_interfaces.flush(self._streams)
+            if self._writer:
+                self._writer.end_cell(has_failed)
             report_step()
             if self._shell.exit_now:
                 raise SystemExit
+            if has_failed and not may_fail:
+                return
 
     async def _execute(self, code: str, cell: str | None) -> None:
         """Run the source of a cell, with the cell's id. IPython stores the cell's errors; none is raised here."""
@@ -136,8 +164,11 @@ class _Loop:
         """Do nothing: the loop ends with the last cell."""
 
 
-class MutedSession(Session):
-    """A kernel's session that makes messages and sends none."""
+class OwnSession(Session):
+    """A kernel's session that sends no messages: it writes them to a file, if it is given one."""
+
+    writer: outputs.Writer | None = None
+    has_failed = False  # whether the reply to the last request says so
 
     def send(
         self,
@@ -146,14 +177,21 @@ class MutedSession(Session):
         content: Message | None = None,
         parent: Message | None = None,
         *_: object,
+        buffers: Sequence[Any] | None = None,
         header: Message | None = None,
         metadata: Message | None = None,
         **__: object,
     ) -> Message:
         """Return the message that would have been sent."""
-        if isinstance(msg_or_type, str):
-            return self.msg(msg_or_type, content, parent, header, metadata)
-        return msg_or_type
+        message = msg_or_type
+        if isinstance(message, str):
+            message = self.msg(message, content, parent, header, metadata)
+        if message["msg_type"] == outputs.END:
+            self.has_failed = message["content"]["status"] == "error"
+        elif self.writer:
+            coded = [base64.b64encode(buffer).decode() for buffer in buffers or ()]
+            self.writer.write(message["msg_type"], self.pack({**message, "buffers": coded}))
+        return message
 
 
 class MutedStream(io.TextIOBase):
@@ -165,7 +203,7 @@ class MutedStream(io.TextIOBase):
         self.name, self._descriptor = name, descriptor
 
     def fileno(self) -> int:
-        """Return the descriptor that other processes may write to; what they write is discarded, too."""
+        """Return the descriptor that other processes may write to; what they write is discarded, as a kernel's."""
         return self._descriptor
 
     def writable(self) -> bool:

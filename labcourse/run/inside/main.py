@@ -1,18 +1,23 @@
-"""Run notebooks, one after the other, each in a process forked from this one.
+"""The warm process: it imports what notebooks use, and runs each in a process forked from this one.
 
     python -P -m labcourse.run.inside.main < SPECIFICATION
 
-The specification is JSON::
+For grading, the specification is one line of JSON::
 
     {"notebooks": {"one.ipynb": {"cells": [...], ...}, ...}, "parameters": {"student": "ada", ...},
      "imports": ["import numpy", ...], "cell_timeout": 60, "files": {"helpers.py": "(base64)", ...},
      "evidence": "package.module:function"}
 
-Cells work in the current folder, where the files are put. What a cell outputs is discarded, and pictures that nobody
-asked for are not drawn; what stopped a cell is written down (``labcourse.answers.cell_reports``).
+papermill runs each notebook, here, in the current folder, where the files are put. What a cell outputs is discarded,
+and pictures that nobody asked for are not drawn; what stopped a cell is written down (``answers.cell_reports``).
 With "evidence", that function of the course's is called with the current folder before any notebook is run, and the
 plain data that it returns is left as JSON: it reads files of the student's that only a sandbox may open.
 The name of each notebook is printed when it begins. The exit code says how it ended; the package has its constants.
+
+Anywhere else, papermill runs in another process, which keeps this one (:mod:`labcourse.run.warm`). The first line is
+``{"imports": [...], "muted": false}``. The answer is a line, null or why no notebook can be run. Each further line is
+a request of :class:`.papermill_client.Client`, with the folder to run it in; the answers are what :func:`.watch.follow`
+yields, a line each. The process ends with its standard input.
 """
 
 from __future__ import annotations
@@ -28,14 +33,15 @@ import signal
 import sys
 import threading
 import traceback
+from collections.abc import Generator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from labcourse.answers import cell_reports
 
 from . import BROKEN, EVIDENCE_FILE, FINE, private_interfaces, watch
 
-_PARAMETERS_TAG = "parameters"
 _TRIAL_TIMEOUT = 60.0  # s; as a cell has
 #: What any notebook needs; the specification has the statements for a course.
 _ALWAYS_IMPORTED = (
@@ -47,12 +53,13 @@ _ALWAYS_IMPORTED = (
 _NOT_IMPORTED = ("debugpy", "rfc3987_syntax")
 
 
-def _prepared_kernel(imports: list[str]) -> Any:
+def _prepared_kernel(imports: list[str], muted: bool = True) -> Any:
     """Do all that need not be done for each notebook, and return a kernel that is ready to be forked.
 
     Parameters
     ----------
     imports : import statements of the modules that the notebooks use
+    muted : whether what cells show is discarded
 
     Raises
     ------
@@ -62,7 +69,8 @@ def _prepared_kernel(imports: list[str]) -> Any:
         Whatever an import raises.
     """
     os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # as a kernel sets it
-    os.environ["LABCOURSE_PICTURES"] = "off"
+    if muted:
+        os.environ["LABCOURSE_PICTURES"] = "off"
     gc.disable()  # nothing of this is garbage
     for name in _NOT_IMPORTED:
         sys.modules[name] = None  # type: ignore[assignment]  # the import fails at once
@@ -72,7 +80,7 @@ def _prepared_kernel(imports: list[str]) -> Any:
             exec(statement, {})
     from .kernel import Kernel  # not before its libraries: they compose their docstrings when they are imported
 
-    kernel = Kernel()
+    kernel = Kernel(muted)
     assert threading.active_count() == 1, threading.enumerate()  # else a fork is not safe
     gc.freeze()  # forked processes share the objects so far: their garbage collectors leave these alone
     gc.enable()
@@ -109,29 +117,6 @@ def _read_evidence(reader: str, report_step: Any) -> None:
     Path(EVIDENCE_FILE).write_text(json.dumps(content, separators=(",", ":")), encoding="utf-8")
 
 
-def sources(notebook: dict[str, Any], parameters: dict[str, str]) -> list[tuple[str, str | None]]:
-    """Return the cells to run of a notebook, each as source and id.
-
-    These are its code cells that are not empty, and a cell that sets the parameters: after the cell with the tag
-    "parameters", or first. That one has no id. Where the release has student and bench of the job, these two are set
-    first, so that they are there if the notebook's own cell stops.
-
-    Parameters
-    ----------
-    notebook : as JSON
-    parameters : name → value
-    """
-    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
-    tagged = [_PARAMETERS_TAG in cell["metadata"].get("tags", ()) for cell in cells]
-    place = tagged.index(True) + 1 if any(tagged) else 0
-    sources_and_ids: list[tuple[str, str | None]] = [("".join(cell["source"]), cell["id"]) for cell in cells]
-    own = ("student", "bench") if getattr(getattr(cell_reports, "job", None), "STUDENT", "") else ()
-    lines = [(name, f"{name} = {json.dumps(value, ensure_ascii=False)}\n") for name, value in parameters.items()]
-    sources_and_ids.insert(place, ("# Parameters\n" + "".join(line for name, line in lines if name not in own), None))
-    sources_and_ids.insert(0, ("".join(line for name, line in lines if name in own), None))
-    return [(source, cell) for source, cell in sources_and_ids if source.strip()]
-
-
 def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
     try:
@@ -142,17 +127,60 @@ def run(specification: dict[str, Any]) -> int:
     except Exception:  # whatever an import raises: the last line says why nothing runs
         traceback.print_exc()
         return BROKEN
+    private_interfaces.silence_loggers()
+    with private_interfaces.no_entry_points():  # an engine may be of a package that the release has in another version
+        from . import papermill_client
     timeout = specification["cell_timeout"]
     # Not before: what is imported by now is the course's and the libraries', whatever a file may be called.
     _put_files(specification["files"])
     if specification.get("evidence"):  # if that fails, there is no evidence file
         watch.run(functools.partial(_read_evidence, specification["evidence"]), 1, timeout)
     worst = FINE
+
+    def run_here(request: dict[str, Any]) -> Generator[int | None]:
+        nonlocal worst
+        for ended in _follow(kernel, request):
+            worst = max(worst, ended or FINE)
+            yield ended
+
+    client = functools.partial(papermill_client.Client, run=run_here)
+    engine = SimpleNamespace(
+        execute_notebook=lambda nb, kernel_name, **options: papermill_client.execute(nb, client, **options),
+        nb_kernel_name=lambda nb, name: name,
+        nb_language=lambda nb, language: language,
+    )
+    # Where the release has student and bench of the job, no cell sets them.
+    own = ("student", "bench") if getattr(getattr(cell_reports, "job", None), "STUDENT", "") else ()
+    parameters = {name: value for name, value in specification["parameters"].items() if name not in own}
     for name, notebook in specification["notebooks"].items():
         print(name)  # the fork flushes it
-        cells = sources(notebook, specification["parameters"])
-        worst = max(worst, watch.run(functools.partial(kernel.run, name, cells), len(cells), timeout))
+        papermill_client.run_unattended(
+            engine, name, notebook, parameters, reports=cell_reports.REPORTS_FILE, execution_timeout=timeout
+        )
     return worst
+
+
+def _follow(kernel: Any, request: dict[str, Any]) -> Generator[int | None]:
+    return watch.follow(functools.partial(kernel.run, request), len(request["cells"]), request["timeout"])
+
+
+def serve(settings: dict[str, Any]) -> int:
+    """Run notebooks that another process asks for, as long as it is there; return the exit code."""
+    answers = open(os.dup(1), "w", encoding="utf-8")  # noqa: SIM115 (open as long as the process lives)
+    os.dup2(2, 1)  # a library may print when it is imported
+    reason = None
+    try:
+        kernel = _prepared_kernel(settings["imports"], settings["muted"])
+    except Exception as error:  # whatever an import raises
+        reason = f"{type(error).__name__}: {error}"
+    print(json.dumps(reason), file=answers, flush=True)
+    for line in sys.stdin if reason is None else ():
+        request = json.loads(line)
+        os.chdir(request["folder"])
+        importlib.reload(sys.modules["labcourse.job"])  # it notes the folder
+        for ended in _follow(kernel, request):
+            print(json.dumps(ended), file=answers, flush=True)
+    return FINE if reason is None else BROKEN
 
 
 def _end(*_arguments: object) -> None:
@@ -169,7 +197,8 @@ def _handle_endings(handler: Any) -> None:
 
 if __name__ == "__main__":
     _handle_endings(_end)
-    code = run(json.load(sys.stdin))
+    first = json.loads(sys.stdin.readline())
+    code = run(first) if "notebooks" in first else serve(first)
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)  # taking all down in an orderly way would cost as much as a notebook

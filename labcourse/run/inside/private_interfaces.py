@@ -6,11 +6,14 @@ run, :func:`check_versions` requires the versions with which notebooks were comp
 
 from __future__ import annotations
 
+import logging
 import re
+import select
 import threading
+import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from importlib import metadata
 from types import SimpleNamespace
 from typing import Any
@@ -23,6 +26,8 @@ TESTED = {
     "ipython": ("9.4", "9.18"),
     "jupyter_client": ("8.6", "8.10"),
     "matplotlib": ("3.10", "3.11"),
+    "nbclient": ("0.10", "0.11"),
+    "papermill": ("2.6", "2.7"),
     "scipy": ("1.16", "1.18"),
     "sympy": ("1.13", "1.14"),
 }
@@ -96,11 +101,52 @@ def discard_output(shell: Any) -> None:
     FigureCanvasAgg.draw_idle = lambda *args, **kwargs: None  # type: ignore[method-assign]
 
 
+def draw_inline() -> None:
+    """Show the figures of a cell after it, as in a kernel: pyplot was imported before there was one."""
+    from matplotlib_inline import backend_inline
+
+    backend_inline._enable_matplotlib_integration()
+
+
+def streams(session: Any) -> tuple[Any, Any]:
+    """Return a kernel's standard output and error, which send what is written to their descriptors as well."""
+    import zmq
+    from ipykernel.iostream import IOPubThread, OutStream
+
+    thread = IOPubThread(zmq.Context().socket(zmq.PUB))  # of a session that sends nothing through it
+    thread.start()
+    return OutStream(session, thread, "stdout", watchfd="force"), OutStream(session, thread, "stderr", watchfd="force")
+
+
+def flush(streams: Iterable[Any]) -> None:
+    """Send what is held of a kernel's streams, also what their threads have not yet read of the descriptors."""
+    for stream in streams:
+        with suppress(OSError, ValueError):  # a cell has closed them
+            while select.select([stream._fid], [], [], 0)[0]:
+                time.sleep(0.001)
+        stream.flush()
+
+
 def reseed_sympy() -> None:
     """Seed sympy's random numbers anew: a fork has copied their state from its parent."""
     import sympy.core.random
 
     sympy.core.random.rng.seed()
+
+
+# --- papermill --------------------------------------------------------------------------------------------------------
+
+
+def no_entry_points() -> AbstractContextManager[object]:
+    """Keep papermill, when it is imported in the ``with`` block, from importing the engines that are installed."""
+    return mock.patch("entrypoints.get_group_all", lambda group: [])
+
+
+def silence_loggers() -> None:
+    """Let papermill and nbformat write no log where nobody asked for one."""
+    for name in ("papermill", "traitlets"):
+        logging.getLogger(name).addHandler(logging.NullHandler())
+        logging.getLogger(name).propagate = False
 
 
 # --- docstrings -------------------------------------------------------------------------------------------------------

@@ -1,7 +1,8 @@
 """Fork, and hold the child to its time.
 
 The child reports through a pipe when a step begins and when it ends. It is not to be trusted: its reports are counted,
-not read, and no more of them are believed than an honest child would have to make.
+not read, and no more of them are believed than an honest child would have to make. Who follows it is given each report
+when it comes, so that it can look at what the step has left.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterator
 
 from . import DIED, FINE, TIMED_OUT
 
@@ -28,7 +29,16 @@ ReportStep = Callable[[], None]  #: reports that a step has begun or ended
 
 
 def run(work: Callable[[ReportStep], None], steps: int, timeout: float) -> int:
-    """Do some work in a forked process, and return how it ended.
+    """Do some work in a forked process as :func:`follow` does, and return how it ended."""
+    *_reports, ended = follow(work, steps, timeout)
+    assert ended is not None
+    return ended
+
+
+def follow(work: Callable[[ReportStep], None], steps: int, timeout: float) -> Generator[int | None]:
+    """Do some work in a forked process: yield None for each report of a step, and last how the work ended.
+
+    The process is ended when the iterator is closed.
 
     Parameters
     ----------
@@ -36,10 +46,10 @@ def run(work: Callable[[ReportStep], None], steps: int, timeout: float) -> int:
     steps : how many there are
     timeout : time between two such calls, s; then the process is interrupted as by Ctrl-C, and ``GRACE`` later killed
 
-    Returns
-    -------
-    int
-        FINE, TIMED_OUT (a step was interrupted, and perhaps killed) or DIED (the work did not come to its end).
+    Yields
+    ------
+    int or None
+        Last FINE, TIMED_OUT (a step was interrupted, and perhaps killed) or DIED (the work did not come to its end).
     """
     sys.stdout.flush()
     sys.stderr.flush()
@@ -49,7 +59,7 @@ def run(work: Callable[[ReportStep], None], steps: int, timeout: float) -> int:
         _work_as_child(work, reading, writing)
     os.close(writing)
     try:
-        return _Watch(child, reading, 2 * steps, timeout).wait()
+        yield from _Watch(child, reading, 2 * steps, timeout).follow()
     finally:
         os.close(reading)
 
@@ -107,16 +117,16 @@ class _Watch:
         self.child, self.pipe, self.reports_left, self.timeout = child, pipe, reports, timeout
         self.reports_believed = True
 
-    def wait(self) -> int:
-        """Wait until the child has ended, or end it; return FINE, TIMED_OUT or DIED."""
+    def follow(self) -> Iterator[int | None]:
+        """Wait until the child has ended, or end it; yield None for each report, and last FINE, TIMED_OUT or DIED."""
         try:
-            return self._wait()
+            yield from self._follow()
         finally:
             self._signal(signal.SIGKILL)  # whatever else is left of its process group, too
             with contextlib.suppress(ChildProcessError):  # it had ended
                 os.waitpid(self.child, 0)
 
-    def _wait(self) -> int:
+    def _follow(self) -> Iterator[int | None]:
         ended = FINE
         interrupted = False
         since = time.monotonic()
@@ -132,7 +142,8 @@ class _Watch:
                 interrupted, since = True, time.monotonic()
             elif self._wait_for_report(left):
                 interrupted, since = False, time.monotonic()
-        return ended if status in (None, _FINISHED) else DIED
+                yield None
+        yield ended if status in (None, _FINISHED) else DIED
 
     def _wait_for_report(self, seconds: float) -> bool:
         """Wait for a report of the child, for so many seconds at most; return whether one came that is believed."""

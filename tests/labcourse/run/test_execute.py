@@ -15,7 +15,7 @@ from made_notebooks import code, notebook, text
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.answers.schema import read_reports
 from labcourse.errors import CheckError
-from labcourse.run import execute
+from labcourse.run import execute, warm
 
 pytestmark = pytest.mark.slow
 
@@ -25,9 +25,9 @@ STUBBORN = "import time\nwhile True:\n    try:\n        time.sleep(100)\n    exc
 @pytest.fixture(params=["warm", "kernels"])
 def run(request, tmp_path, monkeypatch):
     """A function that runs notebooks in ``tmp_path``, and returns what became of their cells."""
-    warm = request.param == "warm"
-    monkeypatch.setattr(execute, "CAN_FORK", warm)
-    monkeypatch.setattr(execute, "_run_in_kernels" if warm else "_run_warm", lambda *_: pytest.fail("the other way"))
+    is_warm = request.param == "warm"
+    monkeypatch.setattr(warm, "CAN_FORK", is_warm)
+    monkeypatch.setattr(warm, "_KernelClient" if is_warm else "_Warm", lambda *_, **__: pytest.fail("the other way"))
 
     def run_in(notebooks, **options):
         execute.run(notebooks, tmp_path, **{"parameters": {"student": "ada"}, **options})
@@ -87,7 +87,7 @@ ENDS = {"dies": "import os; os._exit(3)", "exits": "exit()", "sleeps": "import t
 
 @pytest.mark.parametrize("ends", [ENDS, {"stubborn": STUBBORN}], ids=["in the end", "only if it is made to"])
 def test_after_a_cell_that_does_not_end_by_itself_the_next_notebook_is_run(run, tmp_path, monkeypatch, ends):
-    monkeypatch.setattr(execute, "GRACE", 0.5 if "stubborn" in ends else execute.GRACE)
+    monkeypatch.setattr(warm, "GRACE", 0.5 if "stubborn" in ends else warm.GRACE)
     ran = {
         f"{way}.ipynb": notebook(
             code(f"{way}-before", put(way, 1)), code(way, source), code(f"{way}-after", put(f"{way}-after", 1))
@@ -114,8 +114,8 @@ def test_where_the_warm_runner_cannot_run_kernels_do(tmp_path, monkeypatch, brok
 
 def test_a_kernel_that_does_not_start_is_an_error_that_says_what_to_do(tmp_path, monkeypatch):
     (tmp_path / "kernel.py").write_text("")
-    monkeypatch.setattr(execute, "KERNEL", tmp_path / "kernel.py")
-    monkeypatch.setattr(execute, "CAN_FORK", False)
+    monkeypatch.setattr(warm, "KERNEL", tmp_path / "kernel.py")
+    monkeypatch.setattr(warm, "CAN_FORK", False)
     with pytest.raises(CheckError, match="ipykernel"):
         execute.run({"one.ipynb": notebook(code("a", "1"))}, tmp_path, parameters={})
 
@@ -146,8 +146,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its back
 signal.signal(signal.SIGHUP, signal.default_int_handler)  # as the command has it
 sys.path[:0] = [{str(ROOT)!r}, {str(ROOT / "tests/helpers")!r}]
 from made_notebooks import code, notebook
-from labcourse.run import execute
-execute.CAN_FORK = {can_fork}
+from labcourse.run import execute, warm
+warm.CAN_FORK = {can_fork}
 cell = "import os, pathlib, time; pathlib.Path('pid').write_text(str(os.getpid())); time.sleep(300)"
 ran = {{"a": notebook(code("a", cell)), "b": notebook(code("b", "1"))}}
 execute.run(ran, pathlib.Path({str(tmp_path)!r}), parameters={{}})

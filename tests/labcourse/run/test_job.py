@@ -11,7 +11,7 @@ from made_notebooks import code, notebook
 from labcourse import job
 from labcourse.answers.cell_reports import REPORTS_FILE, Refusal
 from labcourse.answers.schema import read_reports
-from labcourse.run import RUNNING, execute
+from labcourse.run import RUNNING, execute, warm
 from rotflex.hil.student_benches import student_seed
 
 #: What a cell between the parameters and the setup does → the parameter that is reported, as it changes nothing.
@@ -48,13 +48,13 @@ def cells(way, path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("warm", [True, False], ids=["warm", "kernels"])
-def test_no_cell_changes_whose_run_it_is(tmp_path, monkeypatch, warm):
-    monkeypatch.setattr(execute, "CAN_FORK", warm)
+@pytest.mark.parametrize("is_warm", [True, False], ids=["warm", "kernels"])
+def test_no_cell_changes_whose_run_it_is(tmp_path, monkeypatch, is_warm):
+    monkeypatch.setattr(warm, "CAN_FORK", is_warm)
     folder, facts = tmp_path / "run", tmp_path / "facts"
     folder.mkdir()
     (folder / "course.json").write_text('{"student": "", "draw": 2}')
-    ways = WAYS if warm else ["begun for another", "no quotes"]  # a kernel takes a second
+    ways = WAYS if is_warm else ["begun for another", "no quotes"]  # a kernel takes a second
     answer = notebook(
         code("setup", f"student = bench = ''\n{SETUP}"), code("q", 'lab.answer("2.12", K_s=1.3, J_l=None)')
     )
