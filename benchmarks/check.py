@@ -1,10 +1,10 @@
-"""How long a student waits for a check of the whole course, with the warm runner and in kernels.
+"""How long a student waits for a check of the whole course, with the warm process and in kernels.
 
     python benchmarks/check.py [FOLDER]
 
 The course's notebooks with solutions are taken as a student's, in a new folder, or a student's own are in the one that
 is named. Each way runs in turn, as the command ``rotflex check`` does. Besides the wall times it shows the processor
-times and, of both, the ratio of the kernels to the warm runner, which depends less on how busy the computer is.
+times and, of both, the ratio of the kernels to the warm process, which depends less on how busy the computer is.
 """
 
 from __future__ import annotations
@@ -67,9 +67,9 @@ def main() -> None:
         print(f"{os.cpu_count()} processors; load before: {os.getloadavg()[0]:.1f}", flush=True)
         warm, kernels = (check(folder, is_warm) for is_warm in (True, False))
     print(f"{'':24}{'wall, s':>10}{'processor, s':>14}")
-    for name, (wall, used) in {"warm runner": warm, "kernels": kernels}.items():
+    for name, (wall, used) in {"warm process": warm, "kernels": kernels}.items():
         print(f"{name:24}{wall:10.1f}{used:14.1f}")
-    print(f"{'kernels to warm runner':24}{kernels[0] / warm[0]:10.2f}{kernels[1] / warm[1]:14.2f}")
+    print(f"{'kernels to warm process':24}{kernels[0] / warm[0]:10.2f}{kernels[1] / warm[1]:14.2f}")
 
 
 if __name__ == "__main__":

@@ -63,7 +63,7 @@ ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {
     ),
     "run": (1700, ("labcourse/run/**/*.py",)),
     "report": (450, ("labcourse/report/**/*.py",)),
-    "running, the warm runner": (850, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
+    "running, the warm process": (850, ("labcourse/grading/running/**/*.py", "labcourse/run/inside/**/*.py")),
     "intake": (1000, ("labcourse/grading/intake/**/*.py",)),
     "gradebook": (1050, ("labcourse/grading/gradebook/**/*.py",)),
     "marking": (1050, ("labcourse/grading/marking/**/*.py",)),

@@ -85,6 +85,12 @@ MODULES = (
     *("sitecustomize.py", "usercustomize.py", "__main__.py", "ipykernel_launcher.py", "conftest.py", "evil.pth"),
     *("IPython.py", "ipython/__init__.py", "nbformat.py", "papermill/__init__.py", "json.py", "main.py", "watch.py"),
     *("\uff4e\uff55\uff4d\uff50\uff59.py", "num\u200bpy.py", "nump\u0443.py", "labcourse_inside/__init__.py"),
+    *(
+        "entrypoints.py",
+        "nbclient/__init__.py",
+        "labcourse-9.dist-info/entry_points.txt",
+        "labcourse-9.dist-info/METADATA",
+    ),
     *("matplotlibrc", "Matplotlibrc", "style/matplotlibrc", "ipython_config.py", "ipython_kernel_config.json"),
 )
 _SHADOWED = """
@@ -92,6 +98,7 @@ import colorsys, importlib, json, numpy, matplotlib, rotflex.course.lab, IPython
 here = (os.getcwd(), os.path.expanduser("~"))
 modules = [colorsys, json, numpy, matplotlib, rotflex, rotflex.course.lab, IPython, nbformat]
 modules += [sys.modules.get(name) for name in ("sitecustomize", "usercustomize", "ipykernel_launcher", "papermill")]
+modules += [sys.modules.get(name) for name in ("entrypoints", "nbclient")]
 report["shadowed"] = [one.__name__ for one in modules if str(getattr(one, "__file__", "")).startswith(here)]
 report["planted"] = os.path.exists("/tmp/planted")
 report["settings"] = matplotlib.matplotlib_fname().startswith(here)
@@ -101,7 +108,8 @@ report["settings"] = matplotlib.matplotlib_fname().startswith(here)
 def _modules(path: Path, outside: Outside) -> None:
     for name in MODULES:
         (path / name).parent.mkdir(parents=True, exist_ok=True)
-        (path / name).write_text("savefig.format: svg\n" if "matplotlibrc" in name else _SHADOWS)
+        text = "savefig.format: svg\n" if "matplotlibrc" in name else _SHADOWS
+        (path / name).write_text("[papermill.engine]\nlabcourse = main:start\n" if "entry_points" in name else text)
 
 
 _THERE = """

@@ -35,7 +35,7 @@ from labcourse.problems import Code, Problem
 from labcourse.run import inside
 from labcourse.run.alignment import asked_cells, source_of
 
-INSIDE = "labcourse_inside"  #: package beside the course's packages: the warm runner
+INSIDE = "labcourse_inside"  #: package beside the course's packages: the warm process
 FONTS = "matplotlib"  #: folder beside them, with matplotlib's list of fonts
 _PROGRAMS = Path(inside.__file__).resolve().parent
 

@@ -121,7 +121,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ra
 
 
 def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) -> Outcome:
-    """Run the warm runner on a job, in a sandbox if the job says so; return how it ended and what it left."""
+    """Run the warm process on a job, in a sandbox if the job says so; return how it ended and what it left."""
     folder, limits = unpacked(packed), job.limits
     specification = {  # as inside/main.py reads it
         "notebooks": dict(job.notebooks),

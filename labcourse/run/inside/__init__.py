@@ -1,4 +1,4 @@
-"""The warm runner: a program that runs a student's notebooks, in a sandbox for grading, and at home for a check.
+"""The warm process: a program that runs notebooks for papermill, in a sandbox for grading, and at home for anyone.
 
 One warm process imports what notebooks use, and forks for each notebook. The child runs the cells in its own process,
 with ipykernel's kernel behind it. No kernel is started, and nothing goes over a socket.
@@ -8,8 +8,9 @@ with ipykernel's kernel behind it. No kernel is started, and nothing goes over a
 For grading, a bundle has the instructor's version of it as the package ``labcourse_inside``, beside the packages of
 the release under which a submission is run.
 
-``main`` reads the specification and goes through the notebooks, ``watch`` forks and limits the time, ``kernel`` runs
-the cells, and ``private_interfaces`` replaces what the libraries have not promised to keep.
+``main`` reads the specification and goes through the notebooks, ``papermill_client`` is what papermill calls for each,
+``watch`` forks and limits the time, ``kernel`` runs the cells, ``outputs`` is the file of what they show, and
+``private_interfaces`` replaces what the libraries have not promised to keep.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Notebooks run at home, by the warm runner and in kernels: whatever a cell does, the next notebook is run."""
+"""Notebooks run at home, by the warm process and in kernels: whatever a cell does, the next notebook is run."""
 
 import contextlib
 import os
@@ -109,7 +109,7 @@ def test_where_the_warm_runner_cannot_run_kernels_do(tmp_path, monkeypatch, brok
     ran = notebook(code("a", put("done", "'debugpy' in __import__('sys').modules")))
     imports = ["import no_such_module_anywhere"] if broken != "another version" else []
     execute.run({"one.ipynb": ran}, tmp_path, parameters={}, imports=imports)
-    assert (tmp_path / "done").read_text() == "True"  # a kernel has imported it, and the warm runner does not
+    assert (tmp_path / "done").read_text() == "True"  # a kernel has imported it, and the warm process does not
 
 
 def test_a_kernel_that_does_not_start_is_an_error_that_says_what_to_do(tmp_path, monkeypatch):
