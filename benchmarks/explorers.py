@@ -16,11 +16,13 @@ import os
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from statistics import quantiles
 from typing import Any
 
 import nbformat
+import playwright.sync_api
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "helpers"))
@@ -279,6 +281,17 @@ def console(address: str, stops: int) -> None:
         shown("console, STOP → 0 V", times)
 
 
+def measured(parts: Mapping[str, Callable[[], Any]]) -> tuple[dict[str, Any], list[str]]:
+    """Measure one part after the other: what each found, and which failed by the browser's timeout or a closed page."""
+    found, failed = dict[str, Any](), list[str]()
+    for name, measure in parts.items():
+        try:
+            found[name] = measure()
+        except playwright.sync_api.Error as error:
+            failed.append(f"{name}: {error}")
+    return found, failed
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -294,12 +307,19 @@ def main() -> None:
             for name, cell in CELLS.items():
                 cells = [nbformat.v4.new_code_cell(source) for source in (BEGIN, cell)]
                 nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=KERNEL), folder / f"{name}.ipynb")
-            theirs = yardstick(address, changes, lasts)
-            ours = poles(address, changes, lasts)
-            arm(address, changes)
-            console(address, stops)
-    for name, (p50, p95) in zip(("slider", "drag"), ours, strict=True):
-        print(f"{name}: {theirs[0] / p50:.1f} times quicker than interact at p50, {theirs[1] / p95:.1f} at p95")
+            parts = {
+                "interact": lambda: yardstick(address, changes, lasts),
+                "pole explorer": lambda: poles(address, changes, lasts),
+                "arm": lambda: arm(address, changes),
+                "console": lambda: console(address, stops),
+            }
+            found, failed = measured(parts)
+    if "interact" in found and "pole explorer" in found:
+        theirs = found["interact"]
+        for name, (p50, p95) in zip(("slider", "drag"), found["pole explorer"], strict=True):
+            print(f"{name}: {theirs[0] / p50:.1f} times quicker than interact at p50, {theirs[1] / p95:.1f} at p95")
+    if failed:
+        raise SystemExit("\nfailed:\n" + "\n".join(failed))
 
 
 if __name__ == "__main__":

@@ -11,12 +11,15 @@ them did is looked at afterwards: every cell executed, no errors, the same quest
 
 First, memory is measured on two submissions in a run each, which warms up the caches as well; then come the repeats,
 each of which is one run of everybody. Ratios are taken within a repeat; of them, and of times, the median is shown.
+A run that fails is left out of them, and is named in the end.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
+import math
 import os
 import resource
 import shutil
@@ -24,7 +27,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -47,19 +50,35 @@ Look = Callable[[Path, bool], tuple[float, Peaks | None]]  # a folder, and wheth
 
 @dataclass
 class Figures:
-    """What was measured: who → s and s of processor time, a value for each repeat; who → peaks."""
+    """What was measured: who → s and s of processor time, a value for each repeat, nan if it failed; who → peaks."""
 
     seconds: dict[str, list[float]] = field(default_factory=dict)
     processor: dict[str, list[float]] = field(default_factory=dict)
     peaks: dict[str, Peaks] = field(default_factory=dict)
+    failures: list[str] = field(default_factory=list)
+
+    @contextlib.contextmanager
+    def noting(self, what: str) -> Iterator[None]:
+        """Go on after an error in the ``with`` block, and note it."""
+        try:
+            yield
+        except (OSError, RuntimeError, subprocess.SubprocessError) as error:
+            self.failures.append(f"{what}: {error}")
+            print(f"failed: {self.failures[-1]}", file=sys.stderr, flush=True)
 
     def add(self, who: str, seconds: float) -> None:
         """Note a time."""
         self.seconds.setdefault(who, []).append(seconds)
 
     def ratio(self, one: str, other: str) -> float:
-        """How many times the other's time one takes."""
-        return median(a / b for a, b in zip(self.seconds[one], self.seconds[other], strict=True))
+        """How many times the other's time one takes; nan if no repeat has both."""
+        return middle([a / b for a, b in zip(self.seconds[one], self.seconds[other], strict=True)])
+
+
+def middle(values: Sequence[float]) -> float:
+    """Return the median of those that were measured; nan if none was."""
+    there = [value for value in values if not math.isnan(value)]
+    return median(there) if there else math.nan
 
 
 class Contest:
@@ -151,19 +170,26 @@ def measured(scratch: Path, submissions: int, repeats: int, venv: Path | None, s
     (scratch / "memory").mkdir()
     for_memory = Contest(scratch / "memory", min(FOR_MEMORY, submissions), venv, source)
     for who in for_memory.names:
-        seconds, peaks = for_memory.run(who, with_memory=True)
-        print(f"memory, {who}: {seconds:.1f} s", file=sys.stderr, flush=True)
-        if peaks is not None:
-            figures.peaks[who] = peaks
+        with figures.noting(f"memory, {who}"):
+            seconds, peaks = for_memory.run(who, with_memory=True)
+            print(f"memory, {who}: {seconds:.1f} s", file=sys.stderr, flush=True)
+            if peaks is not None:
+                figures.peaks[who] = peaks
     shutil.rmtree(scratch / "memory")
     contest = Contest(scratch, submissions, venv, source)
     for repeat in range(1, repeats + 1):
         for who in contest.names:
-            before = processor_time()
-            figures.add(who, contest.run(who)[0])
-            figures.processor.setdefault(who, []).append(processor_time() - before)
-            print(f"{repeat} of {repeats}, {who}: {figures.seconds[who][-1]:.1f} s", file=sys.stderr, flush=True)
-        for what, seconds in contest.lower_bound().items():
+            before, seconds, processor = processor_time(), math.nan, math.nan
+            with figures.noting(f"{repeat} of {repeats}, {who}"):
+                seconds = contest.run(who)[0]
+                processor = processor_time() - before
+            figures.add(who, seconds)
+            figures.processor.setdefault(who, []).append(processor)
+            print(f"{repeat} of {repeats}, {who}: {seconds:.1f} s", file=sys.stderr, flush=True)
+        bounds = {LOWER_BOUND: math.nan, IMPORTS: math.nan}
+        with figures.noting(f"{repeat} of {repeats}, {LOWER_BOUND}"):
+            bounds = contest.lower_bound()
+        for what, seconds in bounds.items():
             figures.add(what, seconds)
     return figures
 
@@ -185,9 +211,9 @@ def show(figures: Figures, count: int) -> None:
     one, two = (OURS.format(jobs) for jobs in (1, 2))
     print(f"\n{'':24}{'s a notebook':>14}{'of all repeats':>18}{'to ours, 1 job':>16}{'processor time':>16}")
     for who, seconds in figures.seconds.items():
-        each = sorted(second / count for second in seconds)
-        processor = f"{median(figures.processor[who]) / count:16.2f}" if who in figures.processor else ""
-        row = f"{who:24}{median(each):14.2f}{f'{each[0]:.2f}–{each[-1]:.2f}':>18}{figures.ratio(who, one):16.2f}"
+        each = [second / count for second in seconds if not math.isnan(second)] or [math.nan]
+        processor = f"{middle(figures.processor[who]) / count:16.2f}" if who in figures.processor else ""
+        row = f"{who:24}{middle(each):14.2f}{f'{min(each):.2f}–{max(each):.2f}':>18}{figures.ratio(who, one):16.2f}"
         print(row + processor)
     print(f"\n2 jobs are {figures.ratio(one, two):.2f} times as fast as 1")
     code = figures.ratio(LOWER_BOUND, one)
@@ -223,6 +249,8 @@ def main() -> None:
         (Path(scratch) / "contest").mkdir()
         figures = measured(Path(scratch) / "contest", asked.submissions, asked.repeats, venv, source)
     show(figures, asked.submissions * notebooks)
+    if figures.failures:
+        raise SystemExit("\nfailed:\n" + "\n".join(figures.failures))
 
 
 if __name__ == "__main__":
