@@ -183,7 +183,7 @@ class _KernelClient(PapermillNotebookClient):  # type: ignore[misc]  # papermill
     def __init__(
         self, manager: Any, environment: dict[str, str], muted: bool, name: str = "", reports: str = "", **options: Any
     ) -> None:
-        super().__init__(manager, iopub_timeout=_IOPUB, on_cell_executed=_stop_after_exit, **options)
+        super().__init__(manager, **{"iopub_timeout": _IOPUB, "on_cell_executed": _stop_after_exit} | options)
         self._environment, self._muted = environment, muted
         self._first = _FIRST.format(reports=reports, name=name) + muted * _MUTED
 

@@ -48,7 +48,8 @@ class Client(PapermillNotebookClient):  # type: ignore[misc]  # papermill has no
         """Run the cells, and put their outputs into the notebook."""
         self.reset_execution_trackers()
         cells = [(cell.source, cell.get("id"), self._may_fail(cell)) for cell in self.nb.cells if self._is_run(cell)]
-        with tempfile.NamedTemporaryFile(prefix="labcourse-outputs-") as self._file:
+        folder = tempfile.TemporaryDirectory(prefix="labcourse-outputs-", ignore_cleanup_errors=True)
+        with folder, open(f"{folder.name}/messages", "w+b") as self._file:
             reports = self._run({**self._request, "cells": cells, "outputs": self._file.name})
             with contextlib.closing(reports) as self._reports:
                 self.papermill_execute_cells()

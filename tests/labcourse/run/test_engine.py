@@ -212,6 +212,13 @@ def test_forged_lines_among_outputs_are_left_out():
     nbformat.validate(ran)
 
 
+def test_a_cell_may_remove_the_file_of_outputs_and_what_is_in_its_place():
+    removes = "import os\npath = get_ipython().kernel.session.writer._file.name\nos.remove(path)\nprint('gone')"
+    places = "os.mkfifo(path)\nprint('next')"
+    ran = executed(made(removes, places))
+    assert [shown(ran, number) for number in (0, 1)] == ["gone\n", "next\n"]
+
+
 def test_without_a_fork_a_kernel_of_this_python_runs_it_and_reports_on_cells_and_one_line_says_so(
     tmp_path, monkeypatch, caplog
 ):
