@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 _PROGRAM = """
 import sys
-from labcourse.run import warm
+from labcourse.run import execute, warm
 from rotflex import cli
 warm.CAN_FORK = warm.CAN_FORK and {warm}
 sys.argv[1:] = ["check", {folder!r}]

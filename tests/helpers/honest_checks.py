@@ -21,7 +21,7 @@ _PROGRAM = """
 import json, sys
 from pathlib import Path
 from labcourse.answers import notebooks
-from labcourse.run import warm
+from labcourse.run import execute, warm
 from labcourse.run.check import check
 from labcourse.sentences import sentences
 folder, student, seconds = sys.argv[1:]

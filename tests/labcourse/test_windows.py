@@ -137,7 +137,7 @@ def test_a_course_file_that_an_editor_of_windows_saved_is_read(tmp_path):
 AS_ON_WINDOWS = """
 import importlib, importlib.abc, json, os, pathlib, pkgutil, signal, sys
 import anywidget, control, IPython.display, ipykernel.kernelspec, jupyter_client, matplotlib.pyplot, nbformat, PIL.Image
-import jupyter_server.serverapp, rich.table, scipy.io, scipy.optimize, scipy.signal, sympy
+import jupyter_server.serverapp, papermill, rich.table, scipy.io, scipy.optimize, scipy.signal, sympy
 import subprocess, tempfile, typer.core, webbrowser, zipfile
 GONE = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty"}
 class Refuse(importlib.abc.MetaPathFinder):
