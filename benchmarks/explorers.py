@@ -287,7 +287,7 @@ def measured(parts: Mapping[str, Callable[[], Any]]) -> tuple[dict[str, Any], li
     for name, measure in parts.items():
         try:
             found[name] = measure()
-        except playwright.sync_api.Error as error:
+        except (playwright.sync_api.Error, AssertionError) as error:  # the latter of JupyterLab
             failed.append(f"{name}: {error}")
     return found, failed
 
