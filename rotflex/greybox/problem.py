@@ -35,6 +35,7 @@ _POSITIVE = 0.05  # of the unit: the smallest inertia, stiffness or torque per v
 _FEWEST_WINDOWS = 3
 Jacobian = NDArray[np.float64]
 WINDOW = 1.0  #: s, in which theta is compared less its mean, and beyond which residuals are independent
+_EVERY = 10  # samples of rest, of which one counts: neighbours have the same error, and would outweigh the motion
 _BEGINNING = 10  # samples without a count, after which a recording is taken to begin at rest
 
 
@@ -61,8 +62,11 @@ class Record:
         self._volts: list[float] = channel(recording, "vm", may_be_constant=True).tolist()
         angles = (self.theta, self.alpha)
         self.begins_at_rest = all(np.ptp(angle[:_BEGINNING]) == 0 for angle in angles)
-        self._counts = [np.flatnonzero(np.diff(angle)) for angle in angles]  # samples after which an angle has changed
-        self._windows = [windows(at, len(recording), recording.sample_time) for at in self._counts]
+        counts = [np.flatnonzero(np.diff(angle)) for angle in angles]  # samples after which an angle has changed
+        self._compared = [np.union1d(at, rests(at, len(recording))) for at in counts]
+        # A rest belongs to the window of the last count before it: less its own mean, nothing would be left of it.
+        last = [at[np.searchsorted(at, used, "right") - 1] for at, used in zip(counts, self._compared, strict=True)]
+        self._windows = [windows(at, len(recording), recording.sample_time) for at in last]
         self.windows = np.concatenate(self._windows)
 
     def simulate(
@@ -75,9 +79,9 @@ class Record:
         return late[:, 0], late[:, 1] + offset
 
     def residual(self, theta: Vector, alpha: Vector) -> Vector:
-        """Measured minus simulated where the encoders count, rad: theta less its mean in each window, then alpha."""
-        difference = less_mean(_between(self.theta - theta, self._counts[0]), self._windows[0])
-        return np.concatenate([difference, _between(self.alpha - alpha, self._counts[1])])
+        """Measured minus simulated at counts and rests, rad: theta less its mean in each window, then alpha."""
+        difference = less_mean(_between(self.theta - theta, self._compared[0]), self._windows[0])
+        return np.concatenate([difference, _between(self.alpha - alpha, self._compared[1])])
 
     def rms(self, theta: Vector, alpha: Vector) -> dict[str, float]:
         """Root mean square of measured minus simulated over all samples, rad: see ``FitResult.residual_rms``."""
@@ -97,6 +101,11 @@ def windows(samples: NDArray[np.intp], length: int, sample_time: float) -> NDArr
     window = (samples * sample_time / WINDOW + 1e-9).astype(np.intp)
     whole = int(length * sample_time / WINDOW + 1e-9)
     return np.minimum(window, max(whole - 1, 0))
+
+
+def rests(counts: NDArray[np.intp], length: int) -> NDArray[np.intp]:
+    """Every tenth sample after the first count of a recording with ``length`` samples that is none of the counts."""
+    return np.setdiff1d(np.arange(counts[0], length - 1), counts)[::_EVERY]
 
 
 def rms(values: Vector) -> float:

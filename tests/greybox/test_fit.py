@@ -12,6 +12,7 @@ from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.greybox import FREE, fit
+from rotflex.greybox.problem import Record
 from rotflex.hil.student_benches import student_bench
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
@@ -128,3 +129,27 @@ def test_what_cannot_be_fitted_is_refused_with_the_reason():
         fit(jittering(3.0), srv02(), joint(1), free=("K_s", "J_eq"), initial=stuck, progress=False)
     with pytest.raises(ConfigurationError, match=r"'K_3'.*'K_s'"):
         fit(jittering(), srv02(), joint(1), free=("K_3",))
+
+
+def test_a_rest_is_compared_at_every_tenth_sample_in_the_window_of_the_motion_before_it():
+    """Both encoders count for 0.5 s and then stand for 3.5 s, while a model's angles creep on."""
+    t = np.arange(2000) * 0.002
+    ramp = np.minimum(t, 0.5)
+    angle = np.floor(ramp / 0.02) * COUNT  # 25 counts
+    record = Record(Recording.of(t, theta=angle, alpha=angle, vm=np.zeros(t.size)))
+    counts, rests = 25, (1999 - 9 - 25 + 9) // 10  # the first count comes after sample 9
+    assert record.windows.tolist() == [0] * 2 * (counts + rests)
+    left = record.residual(angle + np.maximum(t - 0.5, 0) * DEG, angle + np.maximum(t - 0.5, 0) * DEG)
+    theta, alpha = left.reshape(2, -1)
+    assert alpha.min() == pytest.approx(-3.5 * DEG, rel=0.01)
+    assert theta == pytest.approx(alpha - alpha.mean())
+
+
+def test_a_record_of_rest_alone_is_refused():
+    standing = {name: np.full(2000, 7 * COUNT) for name in ("theta", "alpha")}
+    with pytest.raises(IdentificationError, match=r"'theta' is constant.* nothing moved"):
+        fit(jittering(**standing, vm=np.full(2000, 0.1)), srv02(), joint(1), progress=False)
+    # A count or two within a second, and rest ever after, is not enough either.
+    twitch = {name: COUNT * (np.arange(2000) == 100) for name in ("theta", "alpha")}
+    with pytest.raises(IdentificationError, match="moves in 1 window of 1 s only; at least 3"):
+        fit(jittering(**twitch), srv02(), joint(1), progress=False)
