@@ -46,8 +46,9 @@ from dataclasses import replace
 
 from rotflex.config import Joint, Servo, one_of
 from rotflex.errors import IdentificationError
+from rotflex.greybox.bands import Band
 from rotflex.greybox.problem import TYPICAL, Problem
-from rotflex.greybox.result import Band, FitResult, LeftOut, Prediction, result_of
+from rotflex.greybox.result import FitResult, LeftOut, Prediction, result_of
 from rotflex.greybox.solving import FREE, Chosen, choose, search, sureness
 from rotflex.plant import PlantParameters
 from rotflex.progress import progress as bar

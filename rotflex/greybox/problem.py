@@ -28,6 +28,7 @@ TYPICAL = {
     "braking": 0.08,
     "delay": 1e-3,
 }
+POSITIVE = ("K_s", "J_eq", "J_l", "torque_per_volt")
 _PLAIN = ("K_s", "J_eq", "J_l", "B_eq", "B_l", "torque_per_volt")  # fields of a plant that are one number
 DIFFERENCE_STEP = 0.01  #: of the unit: unknowns are changed by this much to see what changes
 _OFFSET, _RATE = 1e-3, 0.1  # rad, rad/s: the units of alpha_offset and of the initial rates
@@ -243,7 +244,7 @@ class Problem:
     def _of_plant(self, name: str, place: int | None) -> Iterator[Unknown]:
         """The unknowns of a parameter: one, or for the servo's friction two."""
         value, unit = known(self.start, name, self.delay), TYPICAL[name]
-        lowest = _POSITIVE if name in ("K_s", "J_eq", "J_l", "torque_per_volt") else 0.0
+        lowest = _POSITIVE if name in POSITIVE else 0.0
         if name == "servo_friction":
             for way, friction in zip(("plus", "minus"), value, strict=True):
                 yield Unknown(f"{name}_{way}", name, place, unit, friction, lowest)

@@ -1,59 +1,45 @@
 """What a fit has found, and what can be done with it: predict a recording, or a loop with its band.
 
-A :class:`Band` is where a recording of the bench should lie. A prediction errs for two reasons. A band has both, as the
-root of the sum of their squares:
-
-* *The bench changes from run to run.* Friction, omega_n and the delay are drawn, and the loop is simulated with each
-  draw. One recording does not tell how much the first two change. A factor of 1.5 in friction and a standard deviation
-  of 1.1 % in omega_n are known of such rigs (``FRICTION``, ``OMEGA_N_SPREAD``). Between several recordings, the spread
-  is measured. Two or three recordings tell little of a spread. Therefore the known spread counts as one recording more.
-  The link's dry friction is drawn from none on, because a fit finds too much of it: a real link rings on for seconds.
-* *The plant is not the bench.* The margin is what the fit leaves (root mean square). It is at least a count and a half
-  of the encoder, because the counters of the bench and of its twin do not change at the same angles.
-
-The band reaches 1.96 times this root to either side of the prediction. That holds 95 % of normal errors.
+One recording does not tell how much runs differ. A standard deviation of 36 % in friction, of each direction by itself,
+and of 0.76 % in omega_n are known of such rigs (``FRICTION``, ``OMEGA_N_SPREAD``). Between several recordings, the
+spread is measured. Two or three recordings tell little of a spread. Therefore the known spread counts as one recording
+more. :mod:`rotflex.greybox.bands` has what becomes of it.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import block_diag
 
 from rotflex import hil
 from rotflex.config import Joint, Servo
 from rotflex.controller import Controller
-from rotflex.errors import IdentificationError
-from rotflex.greybox.problem import Problem, changed, less_mean, rms, windows
-from rotflex.greybox.solving import Chosen, search, student
+from rotflex.greybox.bands import ANGLES, NEW_RUN, REACH, Band, Loop, in_degrees, largest_rms, less_drift
+from rotflex.greybox.problem import POSITIVE, Problem, changed, known, rms
+from rotflex.greybox.solving import MAY_BE_NONE, Chosen, search, student
 from rotflex.hil.bench import Bench
-from rotflex.hil.controllers import OpenLoop
-from rotflex.hil.guard import Limits
-from rotflex.hil.loop import run as run_loop
-from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec, with_friction
+from rotflex.hil.student_benches import FIRST_RUN, VirtualPlantSpec
 from rotflex.hil.virtual import Timing
-from rotflex.identification import Estimate, channel
+from rotflex.identification import Estimate
 from rotflex.plant import PlantParameters
-from rotflex.progress import progress as bar
 from rotflex.recording import Recording
 from rotflex.units import DEG, Vector
 
-FRICTION = 1.5  #: the largest factor by which the friction of such rigs changes from run to run
-#: standard deviation from run to run, relative: fits to three logs of one bench gave 23.01, 23.22 and 22.72 rad/s
-OMEGA_N_SPREAD = 0.011
+#: standard deviation from run to run, of the logarithm of friction in each direction: three logs of one bench want
+#: 0.026, 0.026 and 0.012 N·m one way, and about 0.016, 0.010 and 0.014 the other
+FRICTION = 0.36
+OMEGA_N_SPREAD = 0.0076  #: the same of omega_n, relative: these logs gave 23.01, 23.04 and 22.72 rad/s
 KNOWN = 1  #: the known spread counts as so many recordings, beside those that are measured
-REACH = 1.96  #: standard deviations: 95 % of normal errors
-ANGLES = ("theta", "alpha")
-_DRAWS = 20
-_COUNTS = 1.5  # of an encoder: the least margin
+_COUNTS = 1.5  # of an encoder: what is left at least, because the counters of bench and twin differ
 _LEAST = 1e-3  # N·m: of less friction, a relative spread says nothing
-_SEED = 20
-_KNOWN = f"friction ×/÷ {FRICTION} and a standard deviation of {OMEGA_N_SPREAD:.1%} in omega_n are known of such rigs"
+_SMALLEST = 0.05  # of the fitted value: an inertia, the stiffness or the torque per volt of a draw
+_KNOWN = f"standard deviations of {FRICTION:.0%} in friction and {OMEGA_N_SPREAD:.1%} in omega_n are known of such rigs"
 _ONE = f"One recording does not tell how runs differ: {_KNOWN}."
 _SEVERAL = f"The spread is measured between {{logs}} recordings; {_KNOWN}, and count as one recording more."
 _HIGH_CORRELATION = 0.95  # of a correlation: the interval of each is three times what it would be, were the other known
@@ -79,6 +65,9 @@ _UNITS = {
     "theta_dot_0": "rad/s",
     "alpha_dot_0": "rad/s",
 }
+
+
+_CONDITIONS = ("alpha_offset", "theta_dot_0", "alpha_dot_0")  # of a recording, and no parameters of the plant
 
 
 @dataclass(frozen=True)
@@ -195,11 +184,11 @@ class FitResult:
     def band(
         self, reference: ArrayLike, controller: Controller, sample_time: float = 0.002, progress: bool = True
     ) -> Band:
-        """Predict a loop on the bench, with the band in which 95 % of a recording's samples should lie.
+        """Predict a loop on a new run of the bench, with the band in which 95 % of a recording's samples should lie.
 
-        The plant is simulated on its bench about twenty times, from rest at zero: with encoders and delay, and with
-        other friction, omega_n and delay each time. See :mod:`rotflex.greybox.result` for what the band stands on. A
-        reference of 10 s at 2 ms takes about 3 s. The same fit and reference give the same band.
+        The plant is simulated on its bench about sixty times, from rest at zero: with encoders and delay, and each time
+        with other friction, omega_n and errors of the fit. See :mod:`rotflex.greybox.bands` for what the band stands
+        on. A reference of 10 s at 2 ms takes about 9 s. The same fit and reference give the same band.
 
         Parameters
         ----------
@@ -216,24 +205,12 @@ class FitResult:
         BenchError
             If the reference is not a list of finite numbers.
         """
-        friction, most_omega_n, most_delay = _spread(self)
-        levels = (np.arange(_DRAWS) * 2 + 1) / _DRAWS - 1  # a Latin hypercube: each parameter takes all its levels
-        draw = np.random.default_rng(_SEED)
-        servo, link, omega_n, delay = (draw.permutation(levels) for _parameter in range(4))
-        changes = [friction**servo, friction * (1 + link) / 2, most_omega_n * omega_n, most_delay * delay]
-        simulated = []
-        for change in bar([(1.0, 1.0, 0.0, 0.0), *np.transpose(changes).tolist()], "band", "run", progress):
-            with hil.open("virtual", plant=_changed(self, *change), servo=self.servo) as bench:
-                bench.safety.limits = Limits(theta=math.inf, alpha=math.inf)  # there is nothing to come to harm
-                recording = run_loop(bench, controller, reference, sample_time, progress=False)
-            simulated.append([recording[name] for name in ANGLES])
-        middle, *draws = np.array(simulated)
+        bench, size = _bench_of(self)
         least = _COUNTS * self.servo.K_enc / REACH
-        margin = np.array([max(self.residual_rms[name], least) for name in ANGLES])
-        drawn = f"friction ×/÷ {friction:.2f}, omega_n ±{most_omega_n:.1%}, delay ±{most_delay * 1e3:.2f} ms"
-        source = _SEVERAL if len(self.predictions) > 1 else _ONE
-        said = f"Drawn evenly: {drawn}. {source.format(logs=len(self.predictions))}"
-        return Band(recording.time, middle, np.array(draws), margin, type(controller) is OpenLoop, said)
+        left = np.maximum(least, np.max([_left(one.recording) for one in self.predictions], axis=0))
+        spread = _SEVERAL.format(logs=len(self.predictions)) if len(self.predictions) > 1 else _ONE
+        loop = Loop(np.asarray(reference, dtype=float), controller, sample_time, bench, size, left, spread)
+        return loop.band(np.zeros(size), np.eye(size), left, progress)
 
     def bench(self, uri: str = "virtual", run: int = FIRST_RUN) -> Bench:
         """A virtual bench with this plant and this delay, for all experiments.
@@ -261,7 +238,12 @@ class FitResult:
             value = "fixed" if name in self.fixed else value
             lines.append(f"{called[name]:{width}}{value:>12}   {low:.{digits}g} … {high:.{digits}g} {unit}")
         lines.append(f"What is left (RMS, deg): {in_degrees(self.residual_rms)}.")
-        lines += [*self.doubts(recordings), *self.fixed.values(), *self._correlation_warnings([*called.values()])]
+        lines += [
+            *self.doubts(recordings),
+            NEW_RUN,
+            *self.fixed.values(),
+            *self._correlation_warnings([*called.values()]),
+        ]
         return "\n".join([*lines, self._in_ratio()])
 
     def _correlation_warnings(self, names: Sequence[str]) -> list[str]:
@@ -318,153 +300,59 @@ class LeftOut:
         return "\n".join(lines)
 
 
-# --- the band of a predicted loop -------------------------------------------------------------------------------------
+# --- how runs differ --------------------------------------------------------------------------------------------------
 
 
-class Curves(NamedTuple):
-    """A prediction of one angle, (n,) rad each."""
+def _bench_of(fit: FitResult) -> tuple[Callable[[Vector], Bench], int]:
+    """Return a function that opens the bench of a draw, and how many standard normal numbers make a draw.
 
-    lower: Vector
-    middle: Vector
-    upper: Vector
-
-
-class Inside(NamedTuple):
-    """Share of the samples inside a band, from 0 to 1."""
-
-    theta: float
-    alpha: float
-
-    def __str__(self) -> str:
-        return f"Inside the band: {self.theta:.1%} of theta, {self.alpha:.1%} of alpha."
-
-
-@dataclass(frozen=True, eq=False)
-class Band:
-    """A prediction with its band. ``print`` it for its width and for what it stands on; call it with a recording.
-
-    Attributes
-    ----------
-    time : (n,) s
-    middle : (2, n) theta and alpha of the fitted plant, rad
-    draws : (m, 2, n) the same of plants that differ from it as runs do
-    margin : (2,) rad RMS, for what the fit leaves unexplained
-    is_open : whether the loop is open. Then theta drifts, and it is compared less its mean difference in each window
-        of 1 s
-    spread : what was drawn, in words
+    The last three are friction in the positive and in the negative direction, and omega_n, as they differ from run to
+    run. Those before are the parameters of the plant, with errors that go together as the fit says.
     """
+    told = list(fit.estimates)[: len(fit.correlation)]
+    names = [name for name in _UNITS if name in told and name not in _CONDITIONS]
+    places = [told.index(name) for name in names]
+    none = [name for name in MAY_BE_NONE if name in fit.fixed and math.isfinite(fit.estimates[name].uncertainty)]
+    alike = block_diag(fit.correlation[np.ix_(places, places)], np.eye(len(none)))
+    names += none
+    values, errors = np.array([(fit.estimates[name].value, fit.estimates[name].uncertainty) for name in names]).T
+    sizes, axes = np.linalg.eigh(alike * np.outer(errors, errors))
+    root = axes * np.sqrt(np.maximum(sizes, 0.0))
+    lowest = {"braking": fit.parameters.B_eq} | {name: _SMALLEST * known(fit.parameters, name) for name in POSITIVE}
+    least = np.array([lowest.get(name, 0.0) for name in names])
+    friction, omega_n = _spread(fit)
 
-    time: Vector
-    middle: NDArray[np.float64]
-    draws: NDArray[np.float64]
-    margin: Vector
-    is_open: bool
-    spread: str
+    def bench(draw: Vector) -> Bench:
+        drawn = dict(zip(names, np.maximum(values + root @ draw[:-3], least).tolist(), strict=True))
+        plant = changed(fit.parameters, drawn)
+        plus, minus = (np.array(plant.servo_friction) * np.exp(friction * draw[-3:-1])).tolist()
+        plant = replace(plant, servo_friction=(plus, minus), K_s=plant.K_s * (1 + omega_n * float(draw[-1])) ** 2)
+        spec = VirtualPlantSpec(fit.joint, plant, Timing(delay=drawn.get("delay", fit.delay)))
+        return hil.open("virtual", plant=spec, servo=fit.servo)
 
-    @property
-    def theta(self) -> Curves:
-        """Lower curve, prediction, and upper curve of theta, rad."""
-        return self._curves(0)
-
-    @property
-    def alpha(self) -> Curves:
-        """Lower curve, prediction, and upper curve of alpha, rad."""
-        return self._curves(1)
-
-    @property
-    def half_width(self) -> dict[str, float]:
-        """Root mean square of half the width, rad, by angle."""
-        curves = dict(zip(ANGLES, (self.theta, self.alpha), strict=True))
-        return {name: rms(one.upper - one.middle) for name, one in curves.items()}
-
-    def __call__(self, recording: Recording) -> Inside:
-        """Return the shares of a recording's samples that lie inside.
-
-        The recording begins where the band does: at rest, at zero. For a part of one, cut both, as in
-        ``band.between(5, 10)(recording.between(5, 10))``.
-
-        Raises
-        ------
-        IdentificationError
-            If the recording has another length or sample time, or no theta or alpha.
-        """
-        pairs = zip(self.around(recording), map(recording.__getitem__, ANGLES), strict=True)
-        return Inside(*(float(np.mean((one.lower <= angle) & (angle <= one.upper))) for one, angle in pairs))
-
-    def around(self, recording: Recording) -> tuple[Curves, Curves]:
-        """Return the curves of theta and alpha for a recording: in an open loop, theta's follow its drift.
-
-        Raises
-        ------
-        IdentificationError
-            As a call of the band.
-        """
-        theta, _alpha = (channel(recording, name, may_be_constant=True) for name in ANGLES)
-        step = self.time[1] - self.time[0]
-        if len(recording) != self.time.size or abs(recording.sample_time - step) > 1e-3 * step:
-            raise IdentificationError(
-                f"The recording has {len(recording)} samples, one every {recording.sample_time * 1e3:.4g} ms; the band "
-                f"has {self.time.size}, one every {step * 1e3:.4g} ms. Predict along the recording's own reference. "
-                "For a part of a recording, cut both: band.between(5, 10)(recording.between(5, 10))."
-            )
-        if not self.is_open:
-            return self.theta, self.alpha
-        left = theta - self.middle[0]
-        drift = left - self._less_drift(left)
-        return Curves(*(curve + drift for curve in self.theta)), self.alpha
-
-    def between(self, start: float, stop: float) -> Band:
-        """Return the part with start <= t < stop (s), its time counted from its own beginning.
-
-        Raises
-        ------
-        RecordingError
-            If there is nothing between.
-        """
-        theta, alpha = self.middle
-        part = Recording.of(self.time, theta=theta, alpha=alpha).between(start, stop)
-        first = int(np.searchsorted(self.time, start - 1e-6 * part.sample_time))
-        cut = slice(first, first + len(part))
-        return replace(self, time=part.time, middle=self.middle[:, cut], draws=self.draws[:, :, cut])
-
-    def __str__(self) -> str:
-        width = f"Band of 95 % over {self.time[-1]:g} s; half width (RMS, deg): {in_degrees(self.half_width)}."
-        drifts = " Theta drifts in an open loop: it is compared in windows of 1 s." if self.is_open else ""
-        return f"{width}{drifts}\n{self.spread}"
-
-    def _curves(self, angle: int) -> Curves:
-        away = self.draws[:, angle] - self.middle[angle]
-        if self.is_open and angle == 0:
-            away = np.array([self._less_drift(one) for one in away])
-        half = REACH * np.sqrt(np.mean(away**2, axis=0) + self.margin[angle] ** 2)
-        return Curves(self.middle[angle] - half, self.middle[angle], self.middle[angle] + half)
-
-    def _less_drift(self, difference: Vector) -> Vector:
-        return less_mean(difference, windows(np.arange(self.time.size), self.time.size, float(self.time[1])))
+    return bench, len(names) + 3
 
 
-def _changed(fit: FitResult, servo: float, link: float, omega_n: float, delay: float) -> VirtualPlantSpec:
-    """Return the fitted bench with friction times factors, and with another omega_n (relative) and delay (s)."""
-    plant = replace(with_friction(fit.parameters, servo, link), K_s=fit.parameters.K_s * (1 + omega_n) ** 2)
-    return VirtualPlantSpec(fit.joint, plant, Timing(delay=max(fit.delay + delay, 0.0)))
+def _left(recording: Recording) -> Vector:
+    """Return what a fit leaves of a recording, as ``Loop.left``."""
+    theta, alpha = (recording[name] - recording[f"{name}_model"] for name in ANGLES)
+    step = recording.sample_time
+    return largest_rms(np.array([less_drift(theta, step), alpha]), step)
 
 
-def _spread(fit: FitResult) -> tuple[float, float, float]:
-    """Return how far a run may be from the fit: a factor of friction, omega_n (relative), and the delay (s).
-
-    The draws are even. Half their width is √3 standard deviations.
-    """
-    known = np.array([math.log(FRICTION), math.sqrt(3) * OMEGA_N_SPREAD])
-    delay = math.sqrt(3) * fit.estimates["delay"].uncertainty if "delay" in fit.estimates else 0.0
+def _spread(fit: FitResult) -> tuple[float, float]:
+    """Return the standard deviations from run to run, of the logarithm of friction and, relative, of omega_n."""
+    variance = np.square([FRICTION, OMEGA_N_SPREAD])
     logs = len(fit.predictions)
     if logs > 1:
-        scale = math.sqrt(3 * logs) / student(logs)  # an interval reaches Student's t standard errors of a mean
+        scale = math.sqrt(logs) / student(logs)  # an interval reaches Student's t standard errors of a mean
         ways = [name for name in ("servo_friction_plus", "servo_friction_minus") if name in fit.intervals]
         relative = [np.ptp(fit.intervals[name]) / 2 / max(fit.estimates[name].value, _LEAST) for name in ways]
-        friction = scale * np.mean(relative) if ways else known[0]
-        measured = np.array([friction, scale * 2 * fit.omega_n.uncertainty / fit.omega_n.value])
-        known = np.sqrt((KNOWN * known**2 + (logs - 1) * measured**2) / (KNOWN + logs - 1) * (1 + 1 / logs))
-    return math.exp(known[0]), float(known[1]), delay
+        friction = scale * np.mean(relative) if ways else FRICTION
+        measured = np.square([friction, scale * 2 * fit.omega_n.uncertainty / fit.omega_n.value])
+        variance = (KNOWN * variance + (logs - 1) * measured) / (KNOWN + logs - 1)
+    friction, omega_n = np.sqrt(variance * (1 + 1 / logs)).tolist()  # the fit has the mean of its runs
+    return friction, omega_n
 
 
 # --- from the fit -----------------------------------------------------------------------------------------------------
@@ -536,11 +424,6 @@ def _digits(low: float, high: float) -> int:
         return _DIGITS
     largest = max(abs(low), abs(high))
     return max(_DIGITS, math.floor(math.log10(largest)) - math.floor(math.log10(high - low)) + 2)
-
-
-def in_degrees(values: Mapping[str, float]) -> str:
-    """Angles (rad) by name, for a line of text."""
-    return ", ".join(f"{name} {value / DEG:.3f}" for name, value in values.items())
 
 
 def joined_rms(predictions: tuple[Prediction, ...]) -> dict[str, float]:

@@ -193,7 +193,7 @@ def student(samples: int) -> float:
 # --- what to fit, unless somebody says it -----------------------------------------------------------------------------
 
 FREE = ("K_s", "J_eq", "torque_per_volt", "braking", "B_l", "servo_friction", "link_friction", "delay")
-_MAY_BE_NONE = ("link_friction", "delay", "B_l")  # in the order in which they are given up
+MAY_BE_NONE = ("link_friction", "delay", "B_l")  # in the order in which they are given up
 _ON_DATA_SHEETS = ("torque_per_volt", "braking", "J_eq")
 _OPEN = 0.25  # of the value: half an interval so wide tells less than a data sheet
 
@@ -242,7 +242,7 @@ def choose(make: Make, nominal: PlantParameters, progress: bool) -> Chosen:
             if name is None:
                 return Chosen(problem, best, sure, fixed)
         plant, delay = problem.plant(best.values, 0), problem.values(best.values, 0).get("delay", delay)
-        value = 0.0 if name in _MAY_BE_NONE else known(nominal, name)
+        value = 0.0 if name in MAY_BE_NONE else known(nominal, name)
         fixed[name] = _fix(name, value, problem, best, sure)
         free = tuple(other for other in free if other != name)
         plant, delay = changed(plant, {name: value}), 0.0 if name == "delay" else delay
@@ -251,7 +251,7 @@ def choose(make: Make, nominal: PlantParameters, progress: bool) -> Chosen:
 def _without_effect(problem: Problem, best: Optimum) -> str | None:
     """The first to be given up of what is not told at all."""
     keys = {name.partition("[")[0] for name in untold(problem, best)}
-    return next((name for name in (*_MAY_BE_NONE, *_ON_DATA_SHEETS) if name in keys), None)
+    return next((name for name in (*MAY_BE_NONE, *_ON_DATA_SHEETS) if name in keys), None)
 
 
 def _next_to_fix(problem: Problem, best: Optimum, sure: Sureness) -> str | None:
@@ -260,7 +260,7 @@ def _next_to_fix(problem: Problem, best: Optimum, sure: Sureness) -> str | None:
     First come those that may be zero, if their uncertainty exceeds their value; then those on data sheets.
     """
     values = np.abs(best.values) * problem.units
-    for names, enough in ((_MAY_BE_NONE, 1.0), (_ON_DATA_SHEETS, 1 / _OPEN)):
+    for names, enough in ((MAY_BE_NONE, 1.0), (_ON_DATA_SHEETS, 1 / _OPEN)):
         for name in names:
             places = _places(problem, name)
             if name in problem.free and (values[places] / _reaches(problem, name, sure)).max() < enough:
@@ -274,7 +274,7 @@ def _reaches(problem: Problem, name: str, sure: Sureness) -> Vector:
     Of two recordings, Student's t is 12.7: damping and delay would be given up that each of the two tells. So would
     what stands on data sheets, of any number. Without a Coulomb friction of the link, B_l still damps it.
     """
-    reported = name == "link_friction" or (name in _MAY_BE_NONE and len(problem.records) != 2)
+    reported = name == "link_friction" or (name in MAY_BE_NONE and len(problem.records) != 2)
     return (sure.reaches if reported else sure.within)[_places(problem, name)]
 
 
@@ -285,7 +285,7 @@ def _fix(name: str, value: float, problem: Problem, best: Optimum, sure: Surenes
     places = _places(problem, name)
     values, reaches = (best.values * problem.units)[places], _reaches(problem, name, sure)
     low, high = float((values - reaches).min()), float((values + reaches).max())
-    why = (_AS_NONE if name in _MAY_BE_NONE else _SHEET).format(name=name, low=low, high=high, value=value)
+    why = (_AS_NONE if name in MAY_BE_NONE else _SHEET).format(name=name, low=low, high=high, value=value)
     return Fixed(Estimate(value, float(sure.errors[places].max())), (low, high), why)
 
 
