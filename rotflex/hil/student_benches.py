@@ -49,9 +49,9 @@ class VirtualPlantSpec:
     def run(self, number: int) -> VirtualPlantSpec:
         """Return the bench on another run: its friction is not what it was.
 
-        Grease warms up and gears turn on: between logs of one real bench the servo's friction varies by half. Run 1 is
-        the bench as it stands here; any other number gives its own friction and its own jitter: the same for the same
-        number, always.
+        Grease warms up and gears turn on: between logs of one real bench the servo's friction differs by a factor of 2.
+        Run 1 is the bench as it stands here; any other number gives its own friction and its own jitter: the same for
+        the same number, always.
 
         Raises
         ------
