@@ -1,6 +1,6 @@
 """How much of a recording lies in the band of a fitted plant, on virtual benches as if they were real.
 
-    python benchmarks/bands.py [--benches 200] [--logs 1]
+    python benchmarks/bands.py [--benches 200] [--logs 1] [--adapted]
 
 Each bench is of draw 3: what a fit does not model is there (rough gear, breakaway, jitter), and each run has other
 friction. The plant is fitted to one recording of run 1, under the gain that is placed for the bench. With ``--logs``
@@ -8,9 +8,12 @@ it is fitted to as many recordings of other runs, commands and controllers. Each
 
 ==========  ============================================================
 same        the command that was fitted, the same controller
-other       35 deg at 0.5 Hz, by partial feedback
+command     35 deg at 0.5 Hz, the same controller
+controller  the command that was fitted, by partial feedback
 open        a square wave of 1.5 V without feedback
 ==========  ============================================================
+
+With ``--adapted`` each band but that of the open loop is also adapted to the first 2.4 s, and judged on the rest.
 """
 
 from __future__ import annotations
@@ -60,7 +63,8 @@ def loops(seed: int) -> dict[str, Loop]:
     return {
         "first": Loop(usual, StateFeedback(K), 1),
         "same": Loop(usual, StateFeedback(K), 2),
-        "other": Loop(large, StateFeedback(K, "partial"), 3),
+        "command": Loop(large, StateFeedback(K), 3),
+        "controller": Loop(usual, StateFeedback(K, "partial"), 8),
         "open": Loop(square_wave(t, 0.5, 1.5), OpenLoop(), 4),
         "large": Loop(large, StateFeedback(K), 5),
         "slow": Loop(smooth_square_wave(t, 0.25, 30 * DEG, RATE), StateFeedback(0.7 * K), 6),
@@ -69,7 +73,8 @@ def loops(seed: int) -> dict[str, Loop]:
 
 
 FITTED = {1: ("first",), 2: ("large", "partial"), 3: ("large", "partial", "slow")}
-JUDGED = ("same", "other", "open")
+JUDGED = ("same", "command", "controller", "open")
+UNTIL = 2.4  # s: 40 % of a recording
 
 
 def recorded(seed: int, loop: Loop) -> Recording:
@@ -79,7 +84,7 @@ def recorded(seed: int, loop: Loop) -> Recording:
         return run(bench, loop.controller, loop.reference, SAMPLE_TIME, progress=False)
 
 
-def tried(seed: int, logs: int) -> dict[str, list[float]]:
+def tried(seed: int, logs: int, adapt: bool) -> dict[str, list[float]]:
     """Shares inside of theta and alpha, and half widths (deg RMS), by what is judged."""
     every = loops(seed)
     recordings = [recorded(seed, every[name]) for name in FITTED[logs]]
@@ -87,8 +92,11 @@ def tried(seed: int, logs: int) -> dict[str, list[float]]:
     results = {}
     for name in JUDGED:
         band = found.band(every[name].reference, every[name].controller, progress=False)
-        widths = [width / DEG for width in band.half_width.values()]
-        results[name] = [*band(recorded(seed, every[name])), *widths]
+        recording = recorded(seed, every[name])
+        results[name] = [*band(recording), *(width / DEG for width in band.half_width.values())]
+        if adapt and not band.is_open:
+            adapted = band.adapted(recording, UNTIL, progress=False)
+            results[f"{name}, adapted"] = [*adapted(recording), *(one / DEG for one in adapted.half_width.values())]
     return results
 
 
@@ -97,15 +105,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--benches", type=int, default=200)
     parser.add_argument("--logs", type=int, choices=FITTED, default=1, help="recordings that are fitted")
+    parser.add_argument("--adapted", action="store_true", help="also adapt each band to its run")
     parser.add_argument("--smoke", action="store_true", help="one bench")
     options = parser.parse_args()
-    everything: dict[str, list[list[float]]] = {name: [] for name in JUDGED}
+    everything: dict[str, list[list[float]]] = {}
     benches = 1 if options.smoke else options.benches
     for number in range(1, benches + 1):
         seed = FIRST + number - 1
-        row = tried(seed, options.logs)
+        row = tried(seed, options.logs, options.adapted)
         for name, values in row.items():
-            everything[name].append(values)
+            everything.setdefault(name, []).append(values)
         figures = (f"{name} {100 * v[0]:.1f} {100 * v[1]:.1f} (±{v[2]:.2f} {v[3]:.2f})" for name, v in row.items())
         print(f"bench {seed}, inside (%) and half width (deg), theta and alpha: {'  '.join(figures)}", flush=True)
         if number % 10 == 0 or number == benches:
@@ -115,13 +124,13 @@ def main() -> None:
 def summarise(everything: dict[str, list[list[float]]]) -> None:
     """Print what the benches come to until now."""
     print(f"benches: {len(everything['same'])}")
-    print(f"{'':8}{'angle':>6}{'median':>9}{'worst':>8}{'benches >= 95 %':>17}{'half width, deg RMS':>21}")
+    print(f"{'':20}{'angle':>6}{'median':>9}{'worst':>8}{'benches >= 95 %':>17}{'half width, deg RMS':>21}")
     for name, rows in everything.items():
         for angle, share, width in (("theta", 0, 2), ("alpha", 1, 3)):
             inside, widths = np.array(rows)[:, share], np.array(rows)[:, width]
             enough, root = np.mean(inside >= ASKED), np.sqrt(np.mean(widths**2))
             figures = f"{np.median(inside):9.1%}{inside.min():8.1%}{enough:17.1%}{root:21.2f}"
-            print(f"{name:8}{angle:>6}{figures}", flush=True)
+            print(f"{name:20}{angle:>6}{figures}", flush=True)
 
 
 if __name__ == "__main__":

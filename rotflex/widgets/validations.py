@@ -123,7 +123,7 @@ class ValidationExplorer(Explorer):
             self._take(self._start)
             self.friction = "none"
         elif not self.busy:
-            self.notice = "Fitting: the plant is simulated about seventy times, which takes some seconds."
+            self.notice = "Fitting: the plant is simulated more than a hundred times, which takes some seconds."
             self.in_background(self._fit_and_predict, self._fitted)
 
     def fit(self) -> FitResult:
@@ -149,7 +149,7 @@ class ValidationExplorer(Explorer):
         self.fitted, self.band, self.friction = found, band, "fitted"
         values = ", ".join(f"{name} = {found.estimates[name]} {unit}" for name, unit in _TOLD.items())
         braking = "The braking is the sum of B_eq and back-EMF. A recording cannot separate the two."
-        band_means = "95 % of another run should lie in the band; θ drifts, so its band follows it in windows of 1 s."
+        band_means = "95 % of a new run should lie in the band; θ drifts, so its band follows it in windows of 1 s."
         fitted = f"Fitted, with dry friction in both joints: {values}."
         self.notice = " ".join([*found.doubts(), fitted, braking, band_means])
 
