@@ -315,7 +315,8 @@ def _bench_of(fit: FitResult) -> tuple[Callable[[Vector], Bench], int]:
     none = [name for name in MAY_BE_NONE if name in fit.fixed and math.isfinite(fit.estimates[name].uncertainty)]
     alike = block_diag(fit.correlation[np.ix_(places, places)], np.eye(len(none)))
     names += none
-    values, errors = np.array([(fit.estimates[name].value, fit.estimates[name].uncertainty) for name in names]).T
+    values = np.array([fit.estimates[name].value for name in names])
+    errors = np.array([fit.estimates[name].uncertainty for name in names])
     sizes, axes = np.linalg.eigh(alike * np.outer(errors, errors))
     root = axes * np.sqrt(np.maximum(sizes, 0.0))
     lowest = {"braking": fit.parameters.B_eq} | {name: _SMALLEST * known(fit.parameters, name) for name in POSITIVE}
