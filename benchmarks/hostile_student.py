@@ -26,8 +26,8 @@ from classes import WHOLE, small_course
 from PIL import Image
 
 from labcourse.answers import notebooks, report_files, words
-from labcourse.grading import batch, intake
 from labcourse.grading import course as courses
+from labcourse.grading import intake
 from labcourse.grading.gradebook import Gradebook
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives, finding
@@ -152,7 +152,7 @@ def main() -> int:
             lambda: intake.read(submission, bundles.names, cells, packages=course.packages, reports=reports),
         )
         with Gradebook(folder / "gradebook.sqlite") as gradebook:
-            clock.step("storing it", lambda: batch.store_submission(gradebook, submission))
+            clock.step("storing it", lambda: gradebook.deliver(submission.student, submission.items))
             clock.step(
                 "what counts",
                 lambda: intake.choose_newest(submission, submission.items, bundles.names, reports=reports),
