@@ -423,14 +423,14 @@ class Batch:
 
     def _prepare(self, submission: Submission, folder: Folder) -> None:
         """Prepare a folder for its run. Problems and notes are added to the submission."""
-        arrivals = intake.choose_newest(
+        absent = intake.choose_newest(
             submission, self._files(submission, folder), self._bundles.names, [*self._reports]
         )
         chosen = self._bundles.choose(submission.notebooks, submission.course)
         submission.problems += chosen.problems
         catalogue = chosen.bundle.catalogue
         wanted = {f"{catalogue.everything[question].notebook}.ipynb" for question, _part in chosen.bundle.asked_parts}
-        submission.notes += [note for note in arrivals if note.code is not Code.NOT_HANDED_IN or note.where in wanted]
+        submission.notes += [note for note in absent if note.where in wanted]
         submission.notes += chosen.notes
         every_cell, supplied = self._settings.every_cell, self._supplied(submission)
         prepare(submission, chosen.bundle, self._course.catalogue, every_cell=every_cell, supplied=supplied)

@@ -43,6 +43,7 @@ from labcourse.problems import Code, Problem, Reason, Where
 #: that run that only a partner handed in.
 Entry = Mapping[str, Any]
 _ABOUT_VERSIONS = (
+    Code.ARRIVED,
     Code.VERSION_WORTH_LESS,
     Code.VERSION_NOT_RUN,
     Code.VERSION_AFTER_GIVEN_BACK,
@@ -218,8 +219,19 @@ def assembled(
     made = _composed(course, runs[entries[0]["run"]], chosen, entries[0]["absent"])
     decided = tuple({**entry, "counts": entry in counting} for entry in entries)
     former = (note for note in made.run.notes if not (isinstance(note, Problem) and note.code in _ABOUT_VERSIONS))
-    notes = dict.fromkeys((*former, *_not_counted(decided)))
+    notes = dict.fromkeys((*former, *_from_where(decided), *_not_counted(decided)))
     return replace(made, run=replace(made.run, versions=decided, notes=tuple(notes)))
+
+
+def _from_where(entries: Sequence[Entry]) -> Iterator[Problem]:
+    """Yield a note for each hand-in with a version that counts, if there are several hand-ins."""
+    names = defaultdict[tuple[str, str], list[str]](list)
+    for entry in entries[1:]:
+        names[entry["received"], entry["source"]] += [f"{entry['notebook']}.ipynb"] if entry["counts"] else []
+    for (received_at, source), own in sorted(names.items() if len(names) > 1 else ()):
+        if own:
+            time = datetime.fromisoformat(received_at)
+            yield Problem.of(Code.ARRIVED, time=f"{time:%Y-%m-%d %H:%M}", source=source, names=own)
 
 
 def _not_counted(entries: Iterable[Entry]) -> Iterator[Problem]:

@@ -73,6 +73,15 @@ def test_a_student_reads_which_of_their_versions_do_not_count(weekly):
     assert not about(weekly.run_of("u1"), Code.VERSION_NOT_RUN)
 
 
+@pytest.mark.parametrize("student", ["a1", "d1", "f2"])
+def test_each_notebook_is_said_to_be_from_the_hand_in_that_counts(weekly, student):
+    run = weekly.run_of(student)
+    arrived = [note.parameters for note in run.notes if isinstance(note, Problem) and note.code is Code.ARRIVED]
+    said = [(name, note["time"]) for note in arrived for name in note["names"]]
+    counts = {f"{one['notebook']}.ipynb": one["received"] for one in run.versions if one["counts"]}
+    assert len(said) == len(counts) and all(counts[name].startswith(time[:10]) for name, time in said)
+
+
 def test_a_pair_is_run_once(weekly, at_once):
     # f1's folder with 02 alone, and with 03; nothing of it again for f2.
     assert (weekly.runs["f1"], at_once.runs["f1"]) == (2, 1)

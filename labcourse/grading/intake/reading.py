@@ -383,8 +383,7 @@ def choose_newest(
 ) -> list[Problem]:
     """Set the notebooks, own files, answers, course data and PDFs of a submission to the newest version of each.
 
-    Return a note for each of several arrivals with a notebook or PDF that counts. If there are notebooks, return also a
-    note for each one that is missing and was not found unreadable.
+    If there are notebooks, return a note for each one that is missing and was not found unreadable.
 
     Parameters
     ----------
@@ -403,16 +402,8 @@ def choose_newest(
     submission.answers_at_home = latest[ANSWERS_FILE].content if ANSWERS_FILE in latest else None
     submission.course = course_data(latest[COURSE_FILE].content) if COURSE_FILE in latest else {}
     submission.pdfs = {name: latest[name].content for name in reports if name in latest}
-    by_arrival: dict[tuple[datetime, str], list[str]] = {(item.received, item.source): [] for item in in_order}
-    for name in (*received, *submission.pdfs):
-        by_arrival[latest[name].received, latest[name].source].append(name)
-    counting = sorted((arrival, names) for arrival, names in by_arrival.items() if names and len(by_arrival) > 1)
-    notes = [
-        Problem.of(Code.ARRIVED, time=f"{time:%Y-%m-%d %H:%M}", source=source, names=names)
-        for (time, source), names in counting
-    ]
     absent = [name for name in wanted if received and name not in latest and name not in submission.unread]
-    return notes + [Problem.of(Code.NOT_HANDED_IN, name) for name in absent]
+    return [Problem.of(Code.NOT_HANDED_IN, name) for name in absent]
 
 
 # --- which notebook of the course a file is ---------------------------------------------------------------------------
