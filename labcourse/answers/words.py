@@ -470,7 +470,7 @@ def _content(target: str, attachments: Attachments, files: Mapping[str, bytes]) 
         # Jupyter Notebook 6 stores "a (1).png" as "a%20%281%29.png".
         for media, data in (attachments.get(name) or attachments.get(unquote(name), {})).items():
             if media.startswith("image/"):
-                return _decoded(data)
+                return decoded(data)
         raise PictureError(Code.PICTURE_NOT_IN_CELL)
     path = target.removeprefix("./")
     try:
@@ -479,7 +479,7 @@ def _content(target: str, attachments: Attachments, files: Mapping[str, bytes]) 
         raise PictureError(Code.PICTURE_NOT_IN_NOTEBOOK) from None
 
 
-def _decoded(data: str) -> bytes:
+def decoded(data: str) -> bytes:
     """Decode base64. Raises PictureError if it is too large or damaged."""
     _check_size(len(data) * 3 // 4 - 3)
     try:

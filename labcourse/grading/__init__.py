@@ -9,6 +9,7 @@
 ``submission``                           all that is known of a submission: read it first
 ``batch``, ``graded_run``                a class, from submissions to the gradebook; marking it again
 ``gradebook``, ``erasure``               what is stored, and how a person is erased from it
+``executed``                             notebooks run again, to look at what they showed
 ``scoring``                              answers in words, scored by a person
 ``reports``, ``accounts``                feedback and tables of marks; points so far
 ``outcomes``, ``sheets``                 levels of outcomes; scoring sheets
@@ -18,8 +19,9 @@
 ``commands``                             the commands of the command line
 =======================================  ========================================================================
 
-All content of a submission is data: it is never imported, evaluated or unpickled in this process, and nothing that a
-kernel prints or sends is read. A submission's ``answers.json`` is an untrusted claim: points need positive evidence.
+All content of a submission is data: it is never imported, evaluated or unpickled in this process. Of what a kernel
+prints or sends, nothing is read but the plain text and the pictures that ``executed`` shows. A submission's
+``answers.json`` is an untrusted claim: points need positive evidence.
 """
 
 import sys

@@ -44,7 +44,7 @@ from labcourse.grading.running.prepared import content_digest, not_run, prepare,
 from labcourse.grading.running.supplied import Supplied, values_for
 from labcourse.grading.settings import Assignment
 from labcourse.grading.submission import NEVER, TIME_RECEIVED, Decisions, Submission
-from labcourse.grading.versions import Folder, Lateness, Rules, StoredHandIn, Versions, choose, in_order
+from labcourse.grading.versions import Folder, HandInKey, Lateness, Rules, StoredHandIn, Versions, choose, in_order
 from labcourse.problems import OF_READING, Code, Problem, Reason, Where
 from labcourse.run.inside import EVIDENCE_FILE
 from labcourse.run.reasons import explain
@@ -474,8 +474,17 @@ class Batch:
         marker.warm_up()
         if not submission.handed_in:
             return
+        job = self._job(submission)
+        files, submission.ended = pool.run(runner.run, submission.bundle.packed, job)
+        cells = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
+        submission.answers = files.get(ANSWERS_FILE)
+        submission.cell_reports = schema.read_reports(files.get(REPORTS_FILE, b"")).of(cells)
+        submission.evidence = files.get(EVIDENCE_FILE, b"")
+
+    def _job(self, submission: Submission) -> runner.Job:
+        """Return the run of a submission that was prepared."""
         bundle, settings = submission.bundle, self._settings
-        job = runner.Job(
+        return runner.Job(
             student=submission.bench_of,
             notebooks=submission.merged.notebooks,
             probe_seed=submission.probe_seed,
@@ -486,11 +495,40 @@ class Batch:
             isolated=settings.isolated,
             evidence=self._course.evidence if bundle.policy.which == REAL else "",
         )
-        files, submission.ended = pool.run(runner.run, bundle.packed, job)
-        cells = {(name, cell["id"]) for name, notebook in job.notebooks.items() for cell in notebook["cells"]}
-        submission.answers = files.get(ANSWERS_FILE)
-        submission.cell_reports = schema.read_reports(files.get(REPORTS_FILE, b"")).of(cells)
-        submission.evidence = files.get(EVIDENCE_FILE, b"")
+
+    def rerun(
+        self, student: str, wanted: Mapping[str, HandInKey], seed: int
+    ) -> Iterator[tuple[runner.Job, runner.Ran]]:
+        """Run versions of a student's notebooks for what they show, with as few runs as that takes; store nothing.
+
+        Parameters
+        ----------
+        student : ID
+        wanted : notebook's file name → the hand-in with the version; it is left out if there is none
+        seed : for the inputs of functions
+
+        Yields
+        ------
+        tuple
+            a run, with the notebooks in it that are shown; and what came back
+
+        Raises
+        ------
+        IsolationError
+            If it cannot be isolated.
+        """
+        submission = Submission(student=student, before=self._gradebook.current(student))
+        versions, done = self._versions(submission), list[Folder]()
+        waiting = [one for name, key in wanted.items() if (one := versions.at(key, name)) is not None]
+        while waiting:
+            done.append(folder := versions.newest_for(waiting, done))
+            shown = tuple(one.notebook for one in waiting if versions.covers(folder, one))
+            waiting = [one for one in waiting if one.notebook not in shown]
+            part = replace(submission, bench_of=folder.bench_of, probe_seed=seed)
+            self._prepare(part, folder)
+            needed = {name: one for name, one in part.merged.notebooks.items() if name <= max(shown)}
+            job = replace(self._job(part), notebooks=needed, shown=shown, evidence="")
+            yield job, runner.run(part.bundle.packed, job)
 
     def _explain(self, submission: Submission) -> None:
         """Fill in what marking needs besides the answers; add problems and notes on what stopped or is missing."""

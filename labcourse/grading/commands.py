@@ -814,6 +814,35 @@ def take(
 
 
 @app.command(rich_help_panel=_PERSON)
+def rerun(
+    marks: MarksArgument,
+    student: StudentArgument,
+    notebook: Annotated[
+        str | None, Argument(metavar="NOTEBOOK", help="Its name or number, as 02; all that count without it.")
+    ] = None,
+    version: Annotated[
+        int | None, Argument(metavar="VERSION", help="Its number in the list of 'take'; none for what counts.")
+    ] = None,
+    out: OutOption = None,
+    solutions: SolutionsOption = None,
+) -> None:
+    """Run a student's notebooks once more in isolation, and write what they showed; marks stay as they are.
+
+    Each notebook is written with its pictures and text, and a page of it, into STUDENT/executed in the folder of
+    results. On top stands which answers are not those that were marked.
+    """
+    from labcourse.grading import assignments, executed
+    from labcourse.grading.running import isolation_report
+
+    course, folder = courses.find(solutions), _results(marks, out)
+    name = None if notebook is None else assignments.notebook(course, notebook)
+    with _gradebook(marks) as book:
+        isolation_report.check()
+        for page in executed.write(book, course, student, folder, name, version):
+            say(str(page))
+
+
+@app.command(rich_help_panel=_PERSON)
 def comment(
     marks: MarksArgument,
     student: StudentArgument,

@@ -236,6 +236,11 @@ class Versions:
                 found.append(replace(last, hand_in=first.hand_in))
         return found
 
+    def at(self, key: HandInKey, notebook: str) -> NotebookVersion | None:
+        """Return the version of a notebook at a hand-in; None if the student has handed in nothing of it by then."""
+        found = (hand_in for hand_in in self._hand_ins[self._student] if hand_in.key == key)
+        return next((self._at(hand_in, notebook) for hand_in in found), None)
+
     def after_given_back(self, notebook: str) -> list[NotebookVersion]:
         """Return the versions that came after the marks of a notebook were given back, unless a person took one."""
         if notebook in self._rules.taken:

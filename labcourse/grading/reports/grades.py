@@ -35,6 +35,7 @@ from labcourse.student_id import GRADES_FILE, HINTS_FILE, caseless
 NOTHING_HANDED_IN = "nothing handed in"
 NOT_GRADED_YET = "handed in, not graded yet"
 MARKS_FILE, FEEDBACK_FILE = "marks.json", "feedback.html"  #: in a student's folder
+EXECUTED_FOLDER = "executed"  #: in a student's folder: what notebooks showed when they were run again
 _PROBE = ".labcourse-probe"  # written and removed
 _SO_FAR = ("so far", "so far out of", "how it counts")
 _TOTALS = ("total", "out_of", "awaiting a person", "not marked", "undecided")

@@ -28,6 +28,7 @@ from labcourse.run import RUNNING, inside
 
 MAX_ANSWERS = 2_000_000  #: bytes: twice those of answers.json, for others' formats
 MAX_EVIDENCE = 40_000_000  #: bytes: 20 recordings of 30,000 samples in four channels, 13 characters each
+MAX_EXECUTED = 40_000_000  #: bytes of a notebook with its outputs: twice those that it may output
 _GIB = 1024**3
 _CONNECT = 15  # s to find a scheduler and a worker; a scheduler answers within one
 #: A problem of a whole run → reasons why cells stopped that say the same.
@@ -79,6 +80,7 @@ class Job:
     isolated : whether it is run in a sandbox; else with the rights of whoever grades
     evidence : function of the course's, "package.module:function", that reads the student's files in the sandbox; ""
         for none
+    shown : file names of notebooks that are to come back with their outputs (:data:`.inside.EXECUTED`)
     """
 
     student: str
@@ -91,6 +93,7 @@ class Job:
     limits: RunLimits = field(default_factory=RunLimits)
     isolated: bool = True
     evidence: str = ""
+    shown: tuple[str, ...] = ()
 
 
 def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ran:
@@ -113,7 +116,7 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ra
     if outcome.ending is Ending.CANCELLED:
         raise GradingError("The run was cancelled.")
     if outcome.code == inside.BROKEN and job.notebooks:  # a claim: try the course alone, which raises if it is true
-        run(packed, replace(job, notebooks={}, files={}, evidence=""), cancelled)
+        run(packed, replace(job, notebooks={}, files={}, evidence="", shown=()), cancelled)
     elif outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
         raise GradingError(f"The released course cannot be run here: {lines[-1] if lines else 'it printed nothing'}")
@@ -130,8 +133,10 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
         "files": {name: b64encode(content).decode("ascii") for name, content in job.files.items()},
         "cell_timeout": limits.cell,
         "evidence": job.evidence,
+        "shown": job.shown,
     }
-    evidence = {inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {}
+    more = {inside.EVIDENCE_FILE: MAX_EVIDENCE} if job.evidence else {}
+    more |= {f"{inside.EXECUTED}{name}": MAX_EXECUTED for name in job.shown}
     environment = {
         "LANG": "C.UTF-8",
         "PYTHONPATH": str(folder),  # comes before where this package is installed
@@ -147,7 +152,7 @@ def _run_in_sandbox(packed: bytes, job: Job, cancelled: threading.Event | None) 
     return sandbox.run(
         ["sh", "-c", _WITH_FONTS, str(folder / FONTS), str(sandbox.python()), "-P", "-m", f"{INSIDE}.main"],
         visible=[folder],
-        wanted={ANSWERS_FILE: MAX_ANSWERS, REPORTS_FILE: MAX_BYTES, **evidence},
+        wanted={ANSWERS_FILE: MAX_ANSWERS, REPORTS_FILE: MAX_BYTES, **more},
         stdin=json.dumps(specification).encode(),
         environment=environment,
         limits=sandbox.Limits(

@@ -21,3 +21,5 @@ FINE, TIMED_OUT, DIED = 0, 10, 11
 BROKEN = 12
 #: What the course's own reader found in the student's files: JSON in the working folder. Cells can have changed it.
 EVIDENCE_FILE = ".labcourse-evidence.json"
+#: Before the name of a notebook: the file in which it is left with its outputs, if they are to be shown.
+EXECUTED = ".labcourse-executed-"

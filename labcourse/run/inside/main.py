@@ -6,12 +6,13 @@ For grading, the specification is one line of JSON::
 
     {"notebooks": {"one.ipynb": {"cells": [...], ...}, ...}, "parameters": {"student": "ada", ...},
      "imports": ["import numpy", ...], "cell_timeout": 60, "files": {"helpers.py": "(base64)", ...},
-     "evidence": "package.module:function"}
+     "evidence": "package.module:function", "shown": ["one.ipynb"]}
 
 papermill runs each notebook, here, in the current folder, where the files are put. What a cell outputs is discarded,
 and pictures that nobody asked for are not drawn; what stopped a cell is written down (``answers.cell_reports``).
 With "evidence", that function of the course's is called with the current folder before any notebook is run, and the
 plain data that it returns is left as JSON: it reads files of the student's that only a sandbox may open.
+With "shown", cells output what they do anywhere, and these notebooks are left with their outputs.
 The name of each notebook is printed when it begins. The exit code says how it ended; the package has its constants.
 
 Anywhere else, papermill runs in another process, which keeps this one (:mod:`labcourse.run.warm`). The first line is
@@ -40,7 +41,7 @@ from typing import Any
 
 from labcourse.answers import cell_reports
 
-from . import BROKEN, EVIDENCE_FILE, FINE, private_interfaces, watch
+from . import BROKEN, EVIDENCE_FILE, EXECUTED, FINE, private_interfaces, watch
 
 _TRIAL_TIMEOUT = 60.0  # s; as a cell has
 #: What any notebook needs; the specification has the statements for a course.
@@ -119,8 +120,9 @@ def _read_evidence(reader: str, report_step: Any) -> None:
 
 def run(specification: dict[str, Any]) -> int:
     """Run all notebooks of a specification, and return the exit code."""
+    shown = specification.get("shown", ())
     try:
-        kernel = _prepared_kernel(specification["imports"])
+        kernel = _prepared_kernel(specification["imports"], muted=not shown)
     except private_interfaces.UntestedVersionError as error:
         print(error, file=sys.stderr)
         return BROKEN
@@ -144,8 +146,17 @@ def run(specification: dict[str, Any]) -> int:
             yield ended
 
     client = functools.partial(papermill_client.Client, run=run_here)
+
+    def execute_notebook(nb: Any, kernel_name: str, **options: Any) -> Any:
+        try:
+            return papermill_client.execute(nb, client, **options)
+        finally:  # also if a cell has ended the process
+            if options["name"] in shown:
+                with contextlib.suppress(Exception):  # without it, the rest of the run is worth as much
+                    Path(f"{EXECUTED}{options['name']}").write_text(json.dumps(nb), encoding="utf-8")
+
     engine = SimpleNamespace(
-        execute_notebook=lambda nb, kernel_name, **options: papermill_client.execute(nb, client, **options),
+        execute_notebook=execute_notebook,
         nb_kernel_name=lambda nb, name: name,
         nb_language=lambda nb, language: language,
     )

@@ -14,6 +14,8 @@ from typing import IO, Any
 
 MOST_OF_CELL = 1_000_000  #: bytes; of what follows when a cell has cleared its output
 MOST_OF_NOTEBOOK = 20_000_000  #: bytes
+#: Stands in place of what is beyond that.
+CUT = f"[Output cut: the most are {MOST_OF_CELL:,} bytes a cell and {MOST_OF_NOTEBOOK:,} a notebook.]\n"
 BEGIN = "kernel_info_reply"  #: type of the message before the first cell
 END = "execute_reply"  #: type of the message that ends a cell
 

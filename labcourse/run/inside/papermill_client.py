@@ -21,9 +21,6 @@ ENGINE = "labcourse"  #: name of the engine
 #: Runs a notebook as :meth:`.kernel.Kernel.run` takes it; yields as :func:`.watch.follow` does.
 Run = Callable[[dict[str, Any]], Generator[int | None]]
 _ERRORS_ALLOWED = "errors_allowed"  # in papermill's metadata of a notebook, until papermill has looked at it
-_CUT = (
-    f"[Output cut: the most are {outputs.MOST_OF_CELL:,} bytes a cell and {outputs.MOST_OF_NOTEBOOK:,} a notebook.]\n"
-)
 
 
 class Client(PapermillNotebookClient):  # type: ignore[misc]  # papermill has no types
@@ -78,7 +75,7 @@ class Client(PapermillNotebookClient):  # type: ignore[misc]  # papermill has no
                 raise DeadKernelError("Kernel died")
             self._ended = next(self._reports)
         if end["cut"]:
-            cell.outputs.append(nbformat.v4.new_output("stream", name="stderr", text=_CUT))
+            cell.outputs.append(nbformat.v4.new_output("stream", name="stderr", text=outputs.CUT))
         if end["failed"] and not self._may_fail(cell):
             self._wait_for_end()
             if self._ended == TIMED_OUT:

@@ -43,6 +43,7 @@ COMMANDS = {
     "export": lambda folder: ["--into", folder / "roster.csv"],
     "mark": lambda folder: _MARK,
     "take": lambda folder: ["eve", "02"],
+    "rerun": lambda folder: ["eve"],
     "excuse": lambda folder: ["eve", "02", "--reason", "Ill.", *BY],
     "comment": lambda folder: ["ada", "So.", *BY],
     "history": lambda folder: ["ada"],
