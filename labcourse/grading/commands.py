@@ -487,6 +487,7 @@ def score(
             browser=browser,
             course=course,
             class_page=lambda link: as_page(class_overview(book, course, folder), link),
+            results=folder,
             certificate=certificate,
             private_key=private_key,
         )

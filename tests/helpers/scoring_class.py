@@ -122,15 +122,15 @@ class Client:
             return alone.submit(asyncio.run, sending(headers)).result()
 
 
-def app_of(made: Desk, site: Site, find: Any) -> Any:
+def app_of(made: Desk, site: Site, find: Any, results: Path | None = None) -> Any:
     """The application of this course."""
-    return application(made, site, find, OURS, lambda link: as_page(class_overview(made.book, OURS), link))
+    return application(made, site, find, OURS, lambda link: as_page(class_overview(made.book, OURS), link), results)
 
 
-def clients(made: Desk, *names: str, site: Site | None = None) -> list[Client]:
+def clients(made: Desk, *names: str, site: Site | None = None, results: Path | None = None) -> list[Client]:
     """A client for each scorer, let in."""
     scorers = [Scorer(name) for name in names]
-    app = app_of(made, site or on_loopback(8765), while_it_runs(scorers))
+    app = app_of(made, site or on_loopback(8765), while_it_runs(scorers), results)
     return [Client(app, one, **({"home": site.url} if site else {})).enter() for one in scorers]
 
 

@@ -30,7 +30,12 @@ _ABSENT = (State.MISSING, State.UNTOUCHED)
 _MOST = 3  # questions on the first screen
 
 
-def page(result: Result, course: Course, answer_link: Callable[[str, str, str], str] | None = None) -> str:
+def page(
+    result: Result,
+    course: Course,
+    answer_link: Callable[[str, str, str], str] | None = None,
+    executed: Mapping[str, str] | None = None,
+) -> str:
     """Return a student's feedback as HTML. Before it opens, it has the date and problems with the submission only.
 
     Notebooks that are not due, or from which the student is excused, are left out if nothing of theirs is in them.
@@ -41,6 +46,7 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
     course : with its questions, and the settings of what students see
     answer_link : student, question, part → address of the answer. With it, the page is an instructor's copy: it is
         complete, whatever students see, and has a link at each answer. It must not be written to a file.
+    executed : notebook without ending → address of what it showed when it was run again, for an instructor's copy
     """
     seen, account = FeedbackSettings() if answer_link else course.settings.feedback, result.account
     grades = [one for one in account.assignments if one.title]
@@ -61,6 +67,7 @@ def page(result: Result, course: Course, answer_link: Callable[[str, str, str], 
         "course": " · ".join(filter(None, (course.title, course.settings.term))),
         "undecided": UNDECIDED,
         "answer_link": answer_link,
+        "executed": executed or {},
         "anchor": anchor,
     }
     return templates().get_template("feedback.html").render(**context) + "\n"

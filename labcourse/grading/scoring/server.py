@@ -25,6 +25,7 @@ from labcourse.grading.accounts import worth as in_points
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Act, Answer, StudentRecord
 from labcourse.grading.reports import feedback
+from labcourse.grading.reports.grades import EXECUTED_FOLDER
 from labcourse.grading.reports.result import result_in
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import cards
@@ -92,10 +93,11 @@ class Pages:
     desk : where the class is scored
     course : its course
     class_page : the page of the class
+    results : the folder of results; None if it is not known
     """
 
-    def __init__(self, desk: Desk, course: Course, class_page: ClassPage) -> None:
-        self.desk, self.course, self._class_page = desk, course, class_page
+    def __init__(self, desk: Desk, course: Course, class_page: ClassPage, results: Path | None = None) -> None:
+        self.desk, self.course, self._class_page, self._results = desk, course, class_page, results
         acts = (self.next, self.give, self.ask, self.undo, self.renew, self.leave)
         self._acts = {act.__name__: act for act in (*acts, self.decide, self.note, self.same, self.back)}
 
@@ -155,7 +157,25 @@ class Pages:
         graded = self.desk.book.current(about.student)
         if graded is None:
             raise HTTPException(404, f"Nothing of {about.student!r} has been graded.")
-        return _copy(feedback.page(result_in(self.desk.book, self.course, graded, about), self.course, link))
+        result, executed = result_in(self.desk.book, self.course, graded, about), self._executed_links(about.student)
+        return _copy(feedback.page(result, self.course, link, executed))
+
+    def executed(self, request: Request) -> Response:
+        """Show what a student's notebook showed when it was run again. Raises HTTPException (404) if it was not."""
+        found = self._look_up(request.query_params.get("id", ""))
+        pages = self._executed(found[0].student) if len(found) == 1 else {}
+        if (page := pages.get(request.query_params.get("notebook", ""))) is None:
+            raise HTTPException(404, f"There is no such page. {program.name()} rerun writes it.")
+        return _copy(page.read_text(encoding="utf-8"))
+
+    def _executed(self, student: str) -> dict[str, Path]:
+        """Return notebook without ending → the page of what it showed when it was run again."""
+        pages = () if self._results is None else (self._results / student / EXECUTED_FOLDER).glob("*.html")
+        return {page.stem: page for page in sorted(pages)}
+
+    def _executed_links(self, student: str) -> dict[str, str]:
+        """Return notebook without ending → address of what it showed when it was run again."""
+        return {name: f"executed?{urlencode({'id': student, 'notebook': name})}" for name in self._executed(student)}
 
     def answer(self, request: Request) -> Response:
         """Show any answer of a student, why it has its mark, and what a person can do about it. Nothing is claimed.
@@ -168,7 +188,7 @@ class Pages:
         answer = self.desk.find(where, key)
         if about is None or answer is None:
             raise HTTPException(404, f"There is no answer of {wanted!r} to {where[0]}, {where[1]}.")
-        card = self._card(request.scope[ACTOR], answer)
+        card = self._card(request.scope[ACTOR], answer) | {"executed": self._executed_links(about.student)}
         return self._page("answer.html", request, where=where, key=key, about=about, **self._asked(where), **card)
 
     def _look_up(self, wanted: str) -> list[StudentRecord]:
@@ -436,7 +456,9 @@ def _asset(request: Request) -> Response:
     return FileResponse(_ASSETS[request.path_params["name"]])
 
 
-def application(desk: Desk, site: Site, find: Find, course: Course, class_page: ClassPage) -> ASGIApp:
+def application(
+    desk: Desk, site: Site, find: Find, course: Course, class_page: ClassPage, results: Path | None = None
+) -> ASGIApp:
     """Return the application, guarded.
 
     Parameters
@@ -446,8 +468,9 @@ def application(desk: Desk, site: Site, find: Find, course: Course, class_page: 
     find : who is let in
     course : its course
     class_page : the page of the class
+    results : the folder of results; None if it is not known
     """
-    pages = Pages(desk, course, class_page)
+    pages = Pages(desk, course, class_page, results)
     routes = [
         Route("/", pages.overview),
         Route("/score", pages.scoring),
@@ -455,6 +478,7 @@ def application(desk: Desk, site: Site, find: Find, course: Course, class_page: 
         Route("/class", pages.class_page),
         Route("/student", pages.student),
         Route("/answer", pages.answer),
+        Route("/executed", pages.executed),
         Route("/act/{name}", pages.act, methods=["POST"]),
         Route("/{name}", _asset),
     ]

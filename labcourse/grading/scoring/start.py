@@ -131,6 +131,7 @@ def serve(
     browser: bool,
     course: Course,
     class_page: ClassPage,
+    results: Path | None,
     certificate: Path | None,
     private_key: Path | None,
 ) -> None:
@@ -139,6 +140,7 @@ def serve(
     Parameters
     ----------
     desk, course, class_page : what is scored, its course, and the page of the class
+    results : the folder of results; None if it is not known
     names : of the scorers
     site : that other computers reach; None for this computer alone
     port, browser : where to listen, 0 for any free port; whether to open a browser for the first scorer
@@ -160,7 +162,7 @@ def serve(
             find = _let_in(desk.book, site, names)
             where = "all interfaces" if own_tls else "127.0.0.1"
             typer.echo(f"The page is {site.url}/. The program listens on {where}, port {port}. Ctrl-C ends it.")
-        run(application(desk, site, find, course, class_page), listener, certificate, private_key)
+        run(application(desk, site, find, course, class_page, results), listener, certificate, private_key)
 
 
 def _let_in_here(names: list[str], port: int, browser: bool) -> tuple[Site, Find]:

@@ -240,6 +240,21 @@ def test_nobody_from_outside_opens_anything_and_no_script_can_run_on_the_copies(
     assert ann.act("decide", {**SENT}, origin="http://example.com").status_code == 403
 
 
+def test_what_a_notebook_showed_is_linked_where_it_is_there_and_nothing_else_is_sent(book, tmp_path):
+    (ann,) = clients(desk(book, names=True), "Ann", results=tmp_path)
+    assert "executed?" not in ann.get("/student?id=bob").text + ann.get(BOB).text
+    (tmp_path / "bob" / "executed").mkdir(parents=True)
+    (tmp_path / "bob" / "executed" / "02_finding_stiffness.html").write_text("<style>p{}</style><p>shown</p>")
+    (tmp_path / "bob" / "feedback.html").write_text("<p>other</p>")
+    address = "executed?id=bob&amp;notebook=02_finding_stiffness"
+    assert address in ann.get("/student?id=bob").text and address in ann.get(BOB).text
+    reply = ann.get("/" + address.replace("&amp;", "&"))
+    assert "shown" in reply.text and "script" not in reply.headers["content-security-policy"]
+    others = ("id=bob&notebook=../feedback", "id=ada&notebook=02_finding_stiffness", "id=..&notebook=x", "id=bob", "")
+    assert [ann.get(f"/executed?{words}").status_code for words in others] == [404] * 5
+    assert Client(ann.app).get("/" + address.replace("&amp;", "&")).status_code == 403
+
+
 def test_a_students_text_is_text_on_each_page(tmp_path):
     with Gradebook(tmp_path / "other.sqlite") as book:
         for n, text in enumerate(HOSTILE):
