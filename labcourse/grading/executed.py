@@ -85,6 +85,8 @@ def write(
             node = as_shown(job.notebooks[name]["cells"], came.get(f"{EXECUTED}{name}", b""))
             other = [where for where in different(before, now) if f"{course.notebook_of(where[0])}.ipynb" == name]
             said = [*_about(other), *sentences(problems)]
+            if not any(cell.outputs for cell in node.cells):
+                said.append("Nothing came back of what it showed.")
             about = {"student": marked.run.student, "notebook": name, "said": said, "cells": node.cells}
             page = templates().get_template("executed.html").render(**about)
             node.cells.insert(0, nbformat.v4.new_raw_cell(no_escapes("\n".join(said)), id="about-this-run"))

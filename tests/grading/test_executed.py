@@ -89,7 +89,7 @@ def test_an_answer_that_is_another_one_than_marked_is_named(graded):
 def test_without_outputs_the_source_is_there_and_what_went_wrong(graded):
     text = page_text(executed(graded, "cleo", ".html"))
     assert "os._exit(3)" in text and "gone" not in text.replace("print('gone'", "")
-    assert "process died" in text and "not an ordinary file" in text
+    assert "process died" in text and "not an ordinary file" in text and "Nothing came back" in text
 
 
 def test_a_version_is_named_as_take_lists_it(graded, tmp_path):
