@@ -22,10 +22,11 @@ from labcourse.grading.reports.templating import templates
 from labcourse.run.inside.outputs import MOST_OF_CELL
 
 SHOWS = """
+import os
 import matplotlib.pyplot as plt
 from IPython.display import HTML, Javascript, display
 resolution = 2 * np.pi / 4096
-print("printed by ada")
+print("printed by ada with seed", os.environ["LABCOURSE_PROBE_SEED"])
 plt.plot([1, 2])
 plt.show()
 display(HTML("<b onclick='x()'>bold</b>"), Javascript("window.ran = 1"))
@@ -65,7 +66,7 @@ def executed(graded, student, ending):
 def test_the_page_has_source_text_error_and_picture_and_says_what_it_is(graded):
     page = executed(graded, "ada", ".html")
     text = page_text(page)
-    assert "printed by ada" in text and "NameError" in text and "plt.plot([1, 2])" in text
+    assert "printed by ada with seed 7" in text and "NameError" in text and "plt.plot([1, 2])" in text
     assert "Marks do not come from it." in text and "Its answers are those that were marked." in text
     (picture,) = {part.partition('"')[0] for part in page.split("data:image/png;base64,")[1:2]}
     assert Image.open(io.BytesIO(base64.b64decode(picture))).format == "PNG"
@@ -159,7 +160,9 @@ def test_nothing_of_hostile_outputs_is_left_but_plain_text_and_pictures_made_ane
     assert len(pictures) == 1 and Image.open(io.BytesIO(base64.b64decode(pictures[0]))).size == (9, 9)
     own = ["style", "img", ("img", "src", "data:image/png;base64,")]
     assert harm(page.replace(pictures[0], "")) == own
-    assert "\x1b" not in page and "\u202e" not in page and "\x1b" not in json.dumps(node, ensure_ascii=False)
+    assert "\x1b" not in page and "\u202e" not in page
+    written = json.dumps(node, ensure_ascii=False)  # which writes controls as codes
+    assert r"\u001b" not in written and "\u202e" not in written
 
 
 @pytest.mark.parametrize("executed", [b"", b"{", b"[]", b'{"cells": 3}', b'{"cells": [{"id": []}, 3]}', b"[" * 9999])
