@@ -128,6 +128,7 @@ def test_a_run_is_given_its_limits_and_what_it_depends_on(tmp_path, monkeypatch,
         "files": {"f": "MQ=="},
         "cell_timeout": 7,
         "evidence": "m:read",
+        "shown": [],
     }
 
 
