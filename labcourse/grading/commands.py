@@ -799,7 +799,7 @@ def take(
     with _gradebook(marks) as book:
         versions = counting.listed(book, student, name)
         if version is None and not undo:
-            say(*(f"{place}  {text}" for place, (_hand_in, text) in enumerate(versions, start=1)))
+            say(*(text for _hand_in, text in versions))
             return
         if not (by and reason):
             raise GradingError("Say who decides it and why: --by and --reason.")
