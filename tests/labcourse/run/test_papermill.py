@@ -16,7 +16,7 @@ RANDOM = {"practice"}  # a cell that draws another bench in each run
 
 def ran(folder, cells, engine, number, **options):
     """The first notebooks of a folder, each run after the last, in a folder: file name → notebook."""
-    paths = sorted((ROOT / folder).glob("[0-9]*.ipynb"))[:number]
+    paths = sorted((ROOT / folder).glob("[01]*.ipynb"))[:number]
     assert len(paths) == (number or 12)
     parameters = {"student": "ada", "bench": "virtual"}
     options |= {"cwd": cells, "execution_timeout": 120}
@@ -44,8 +44,13 @@ def test_solutions_show_the_same_by_both_engines(tmp_path, monkeypatch):
         (folder := tmp_path / str(engine)).mkdir()
         notebooks = ran("solutions", folder, engine, None, **options)
         found.append(
-            {(name, c.id): outputs(c, folder) for name, n in notebooks.items() for c in n.cells if "outputs" in c}
+            {
+                (name, cell.id): outputs(cell, folder)
+                for name, notebook in notebooks.items()
+                for cell in notebook.cells
+                if "outputs" in cell and "injected-parameters" not in cell.metadata.tags  # it has another id each time
+            }
         )
     warm.end()
     theirs, ours = ({place: shown for place, shown in of.items() if place[1] not in RANDOM} for of in found)
-    assert len(ours) > 250 and [place for place in theirs if theirs[place] != ours.get(place)] == []
+    assert len(ours) > 240 and [place for place in theirs if theirs[place] != ours.get(place)] == []
