@@ -203,7 +203,7 @@ def test_the_links_inertia_can_be_given_and_the_stiffness_goes_with_it():
     recorded("log.mat")
     plants = []
     for inertia in ("0.0027", "0.0035"):
-        said("fit", "log.mat", "--free", "K_s,torque_per_volt,J_eq,servo_friction", "--J_l", inertia, "--force")
+        said("fit", "log.mat", "--free", "K_s,torque_per_volt,J_eq", "--J_l", inertia, "--force")
         plants.append(tomllib.loads(Path("twin.toml").read_text())["plant"])
     assert [plant["J_l"] for plant in plants] == [0.0027, 0.0035]
     assert plants[0]["K_s"] / 0.0027 == pytest.approx(plants[1]["K_s"] / 0.0035, rel=0.02)

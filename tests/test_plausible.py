@@ -40,7 +40,7 @@ def test_the_log_of_a_real_bench_is_not_doubted(real_log):
     log = Recording(real_log.time, real_log.channels, metadata)
     assert doubts(log, REAL_BENCH) == []
     assert plausible.voltage_misfit(log, srv02()) < 5e-4
-    assert 0 < plausible.link_misfit(log, REAL_BENCH.parameters) < 0.21
+    assert 0 < plausible.link_misfit(log, REAL_BENCH.parameters) < 0.16
 
 
 @pytest.mark.parametrize("what", FORGED)

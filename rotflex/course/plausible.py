@@ -24,7 +24,7 @@ from rotflex.recording import Recording
 from rotflex.units import DEG
 
 _VOLTS = 2e-3  # V: what rounding in a file may change; one count is worth more with any gain of use
-#: RMS of what the link's equation leaves, of the deflection's; up to 0.20 on a real log, and on virtual ones
+#: RMS of what the link's equation leaves, of the deflection's; up to 0.15 on a real log, and on virtual ones
 _LINK = 0.25
 _STILL = 0.4 * DEG  # RMS of the deflection, below which it is counts and little else
 _FEWEST = 200  # samples, to tell anything by

@@ -1,7 +1,6 @@
 """A board on which things go wrong, at a sample of one's choice, in time that the test owns."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ from rotflex.config import joint, srv02
 from rotflex.errors import HILError
 from rotflex.hil.bench import Bench, Connection, Limits, Recorder, Safety, Wiring
 from rotflex.hil.guard import Guard
-from rotflex.hil.student_benches import VirtualPlantSpec, preset
+from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.plant import REST, State
 
@@ -49,15 +48,6 @@ def failing(error_at: int = 0, error: BaseException | None = None, times: int = 
     return before
 
 
-def sliding() -> VirtualPlantSpec:
-    """Return a bench whose friction is half that of ``real_bench``: less than what a wrong sign sets in motion."""
-    spec = preset("real_bench")
-    parameters = replace(
-        spec.parameters, J_eq=2.12e-3, J_l=2.77e-3, K_s=1.454, B_eq=0.0095, B_l=0.0012, servo_friction=(0.0076, 0.0140)
-    )
-    return replace(spec, parameters=parameters, timing=replace(spec.timing, delay=1e-3))
-
-
 class FaultBoard:
     """The virtual board behind a layer that spoils what it is told to.
 
@@ -71,9 +61,9 @@ class FaultBoard:
     told : each verb that it was told, with a copy of its values
     """
 
-    def __init__(self, bench: str = "", state: State = REST) -> None:
+    def __init__(self, bench: str = "real_bench", state: State = REST) -> None:
         self.time = Stopwatch()
-        spec = preset(bench) if bench else sliding()
+        spec = preset(bench)
         self.inner = VirtualBoard(spec.parameters, state=state, clock=self.time, timing=spec.timing)
         self.told: list[tuple[str, list[Any]]] = []
         self.before: dict[str, Callable[[int], None]] = {}

@@ -9,7 +9,6 @@ import miswired
 import numpy as np
 import pytest
 import quanser_double
-from fault_board import sliding
 from quanser_double import VARIANTS, output
 
 from rotflex import experiments, hil
@@ -100,7 +99,7 @@ def test_without_a_record_of_commissioning_no_loop_is_closed_and_a_voltage_may_b
 @pytest.mark.parametrize("signs", miswired.SIGNS)
 def test_a_program_of_ones_own_does_no_harm_on_a_bench_that_was_not_commissioned(monkeypatch, signs):
     """`loop.run` closes no loop there; a hand-written one, whatever sign is wrong, gets little voltage and room."""
-    laboratory = miswired.Laboratory(*signs, sliding())
+    laboratory = miswired.Laboratory(*signs)
     cards = quanser_double.install(monkeypatch, laboratory)
     controller = StateFeedback(GAIN, sample_time=0.002)
     stopped = ""
