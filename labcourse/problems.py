@@ -106,6 +106,7 @@ class Code(StrEnum):
     ARRIVED = auto()
     VERSION_WORTH_LESS = auto()
     VERSION_NOT_RUN = auto()
+    VERSION_TO_BE_RUN = auto()
     VERSION_AFTER_GIVEN_BACK = auto()
     VERSION_TAKEN = auto()
     # who was erased
@@ -231,6 +232,7 @@ class Code(StrEnum):
     TODO_ASK_FOR_WORK = auto()
     TODO_ASK_FOR_CHANGES = auto()
     TODO_GRADE = auto()
+    TODO_GRADE_VERSION = auto()
     TODO_DECIDE_TIME = auto()
     TODO_FAILED = auto()
     TODO_FAILED_AGAIN = auto()

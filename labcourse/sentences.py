@@ -314,6 +314,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.VERSION_NOT_RUN: (
         "{where} of {time} UTC is so late that it could not be worth more than that of {counts} UTC, which counts."
     ),
+    Code.VERSION_TO_BE_RUN: "{where} of {time} UTC may be worth more than that of {counts} UTC: it will be run, too.",
     Code.VERSION_AFTER_GIVEN_BACK: (
         "{where} of {time} UTC came after the marks were given back. It counts only if an instructor takes it."
     ),
@@ -491,6 +492,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "untouched: {title}. Nothing is written in the file. Ask for their work, or excuse them."
     ),
     Code.TODO_GRADE: "handed in: not graded yet.",
+    Code.TODO_GRADE_VERSION: "{where}: a later version, which was not run, may be worth more by now.",
     Code.TODO_DECIDE_TIME: ("waits for a person: nobody knows when {title} was handed in. Decide in MARKS/intake.csv."),
     Code.TODO_FAILED: "could not be graded: {problem!t}",
     Code.TODO_FAILED_AGAIN: "the last grading failed, and earlier marks stand. {problem!t}",

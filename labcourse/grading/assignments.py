@@ -328,7 +328,8 @@ def _state_if_there(handed: Handed, name: str, statuses: set[Status], undecided_
     """
     file, graded = f"{name}.ipynb", handed.graded
     if file not in handed.received and statuses <= _SHOWS_NO_WORK:
-        return State.NOT_GRADED if graded is not None and is_unread(file, graded.run.problems) else None
+        run = None if graded is None else graded.run
+        return State.NOT_GRADED if run and (is_failed(run) or is_unread(file, run.problems)) else None
     if graded is None and not handed.marks:
         return State.HANDED_IN
     if (graded is not None and is_failed(graded.run)) or Status.NOT_MARKED in statuses:

@@ -14,7 +14,7 @@ import threading
 from collections import defaultdict, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime, tzinfo
 from fractions import Fraction
@@ -195,11 +195,11 @@ class Batch:
     def _begun(self) -> Iterator[Submission]:
         """Yield the submissions that wait to be graded, and keep none: each holds all its files once it is read.
 
-        Those of students on whose folder others were run are read first, so that all of the folder is there.
+        If a student's work is run in a partner's folder, the partner's submission is read and stored first.
         """
-        benches = {piece.folder_of for one in self._waiting for piece in one.pieces if piece.folder_of != one.student}
-        for submission in self._waiting:
-            if submission.student in benches:
+        folders = {piece.folder_of for one in self._waiting for piece in one.pieces if piece.folder_of != one.student}
+        for submission in (one for one in self._waiting if one.student in folders):
+            with suppress(Exception):  # it is raised again when this submission is graded, and fails that one only
                 self._receive(submission)
         while self._waiting:
             yield self._waiting.popleft()
@@ -213,6 +213,7 @@ class Batch:
             marked = current if current and current.key_digest == self._key_digest else None  # by the key as it is
             if marked and marked.run.prepared_from == submission.prepared_from:
                 return _unchanged(submission, marked)
+            submission.has_run = False  # until a folder is run
             submission.graded = self._count(submission, pool, marker)
             if marked and _same_run(marked, submission.graded):
                 self._gradebook.note_prepared(marked.run.key, submission.prepared_from)
@@ -368,7 +369,7 @@ class Batch:
         given_back = [(one.when, one.notebooks) for one in self._publications]
         taken = [(name, act.source, act.received) for name, act in sorted(self._gradebook.takes(student).items())]
         by_persons: list[Any] = []
-        if before is not None and counting.has_several(before.run.versions):  # on which the choice depends
+        if before is not None and counting.is_choice(before.run.versions):  # which depends on what persons gave
             by_persons = [vars(mark) for mark in before.marks if mark.status == Status.BY_A_PERSON]
         chosen_by = [when, given_back, taken, by_persons]
         return content_digest([course_program_and_settings, found, read, said, stored, chosen_by])
@@ -410,7 +411,6 @@ class Batch:
         self._identify(part)
         known = self._gradebook.find_made(part.key)
         if known and known.key_digest == self._key_digest and known.run.submission == part.digest:
-            submission.has_run = False
             return known
         with self._running[part.ran] if part.partners else nullcontext():  # a pair's folder is run once
             self._run(part, pool, marker)
@@ -418,7 +418,7 @@ class Batch:
             self._mark(part, marker)
             if part.partners:
                 self._gradebook.keep(part.graded)
-        submission.has_run = part.has_run
+        submission.has_run |= part.has_run
         return part.graded
 
     def _prepare(self, submission: Submission, folder: Folder) -> None:
@@ -726,12 +726,19 @@ def no_longer_named(gradebook: Gradebook, submissions: Sequence[Submission]) -> 
 
 
 def outdated(gradebook: Gradebook, course: Course, submissions: Sequence[Submission]) -> list[Submission]:
-    """Return an empty submission for each student whose versions were chosen by other deadlines or extensions."""
+    """Return an empty submission for each student who needs another choice of versions.
+
+    Deadlines or extensions have changed since, or persons gave so few points that a version may win that was not run.
+    """
     present, rules = {caseless(one.student) for one in submissions}, counting.rules_of(course)
     chosen = (
         (student, entries) for student, entries in gradebook.versions().items() if caseless(student) not in present
     )
-    return [Submission(student=student) for student, entries in chosen if entries and entries[0]["rules"] != rules]
+    return [
+        Submission(student=student)
+        for student, entries in chosen
+        if entries and (entries[0]["rules"] != rules or counting.to_be_run(entries))
+    ]
 
 
 def leave_out_erased(

@@ -38,15 +38,18 @@ from labcourse.problems import Code, Problem, Reason, Where
 
 #: A version as :attr:`RunRecord.versions` stores it: "notebook" without ending; "source", "received", "clock" of the
 #: hand-in; "bench_of"; "run" (the key of its run; "" if it was not run); whether it "counts"; and "why", if not by its
-#: worth: "taken" by an instructor, or it came after marks were "given back". The first entry is about no notebook: it
-#: has the run for what has no version, "rules" (the digest of the settings that were used) and "absent": notebooks of
-#: that run that only a partner handed in.
+#: worth: "taken" by an instructor, it came after marks were "given back", or it is "to be run", as it may win now. The
+#: first entry is about no notebook: it has the run for what has no version, "rules" (the digest of the settings that
+#: were used) and "absent": notebooks of that run that only a partner handed in.
 Entry = Mapping[str, Any]
+TO_BE_RUN = "to be run"
+#: What an entry's "why" is called on the student's page.
+_WHY = {"given back": Code.VERSION_AFTER_GIVEN_BACK, TO_BE_RUN: Code.VERSION_TO_BE_RUN}
 _ABOUT_VERSIONS = (
+    *_WHY.values(),
     Code.ARRIVED,
     Code.VERSION_WORTH_LESS,
     Code.VERSION_NOT_RUN,
-    Code.VERSION_AFTER_GIVEN_BACK,
     Code.VERSION_TAKEN,
 )
 
@@ -181,6 +184,8 @@ def _state(entry: Entry) -> str:
         return "counts, taken by an instructor" if entry["why"] == "taken" else "counts"
     if entry["why"] == "given back":
         return "came after marks were given back"
+    if entry["why"] == TO_BE_RUN:
+        return "not run yet: it may be worth more"
     return "worth less" if entry["run"] else "not run: it is too late to be worth more"
 
 
@@ -216,6 +221,11 @@ def assembled(
             if name not in best or points > best[name][0]:
                 best[name] = points, entry
     counting = [entry for _points, entry in best.values()]
+    most = possible(course)
+    for entry in (one for one in open_ if one["run"] not in runs and one["notebook"] in best):
+        _waits, lost = how_late(course, student, entry["notebook"], arrival_of(entry))
+        may_win = most[f"{entry['notebook']}.ipynb"] * (1 - lost) > best[entry["notebook"]][0]
+        entries = [{**one, "why": TO_BE_RUN if may_win else ""} if one is entry else one for one in entries]
     chosen = {entry["notebook"]: runs[entry["run"]] for entry in counting}
     made = _composed(course, runs[entries[0]["run"]], chosen, entries[0]["absent"])
     decided = tuple({**entry, "counts": entry in counting} for entry in entries)
@@ -243,8 +253,7 @@ def _not_counted(entries: Iterable[Entry]) -> Iterator[Problem]:
     for name, versions in by_notebook.items():
         for counts in (entry for entry in versions if name and entry["counts"]):
             for entry in (entry for entry in versions if not entry["counts"]):
-                code = Code.VERSION_WORTH_LESS if entry["run"] else Code.VERSION_NOT_RUN
-                code = Code.VERSION_AFTER_GIVEN_BACK if entry["why"] == "given back" else code
+                code = _WHY.get(entry["why"]) or (Code.VERSION_WORTH_LESS if entry["run"] else Code.VERSION_NOT_RUN)
                 yield Problem.of(code, f"{name}.ipynb", time=_time(entry), counts=_time(counts))
             if counts["why"] == "taken":
                 yield Problem.of(Code.VERSION_TAKEN, f"{name}.ipynb", time=_time(counts))
@@ -385,6 +394,17 @@ def _notebook_of(message: Reason, course: Course) -> str | None:
 # --- again, from what is stored ---------------------------------------------------------------------------------------
 
 
+def is_choice(entries: Sequence[Entry]) -> bool:
+    """Return whether a notebook has several versions, or what counts is a part of a run."""
+    names = [entry["notebook"] for entry in entries]
+    return len(names) > len({*names}) or has_several(entries)
+
+
+def to_be_run(entries: Iterable[Entry]) -> list[str]:
+    """Return the notebooks, without ending, with a version that was not run and may be worth most now."""
+    return [entry["notebook"] for entry in entries if entry["why"] == TO_BE_RUN]
+
+
 def has_several(entries: Iterable[Entry]) -> bool:
     """Return whether what counts was put together: of several runs, or of a part of one."""
     return len({entry["run"] for entry in entries} - {""}) > 1 or any(entry.get("absent") for entry in entries)
@@ -399,7 +419,7 @@ def recount(book: Gradebook, course: Course, graded: Graded, mark: Callable[[Gra
     graded : what counts until now
     mark : function that marks a run by the present key; None if its marks stay
     """
-    if not has_several(graded.run.versions):
+    if not is_choice(graded.run.versions):
         return graded if mark is None else mark(graded)
     keys = sorted({entry["run"] for entry in graded.run.versions} - {""})
     runs = {key: found for key in keys if (found := book.find_made(key)) is not None}
@@ -417,9 +437,9 @@ def recount(book: Gradebook, course: Course, graded: Graded, mark: Callable[[Gra
 def recount_all(book: Gradebook, course: Course) -> None:
     """Choose again what counts of each student with several versions, since persons may have given points."""
     for student, entries in book.versions().items():
-        if has_several(entries) and (graded := book.current(student)):
+        if is_choice(entries) and (graded := book.current(student)):
             new = recount(book, course, graded)
-            if new.run.key != graded.run.key:
+            if new.run.versions != graded.run.versions:
                 graded_run.store(book, new, "labcourse", "another version is worth more now")
 
 

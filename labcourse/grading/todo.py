@@ -17,6 +17,7 @@ from typing import NamedTuple
 from labcourse import program
 from labcourse.grading.accounts import Account, AssignmentGrade, account_of, ratio, unknown_names
 from labcourse.grading.assignments import Handed, State, Work, exact, of_course
+from labcourse.grading.counting import to_be_run
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import ON_DISK, Answer, Arrival, CommentRecord, Graded, Publication, StudentRecord
 from labcourse.grading.graded_run import is_failed, key_faults, submission_of
@@ -334,6 +335,8 @@ def _by_mark(of: Class) -> Iterator[Task]:
             what = Problem.of(Code.TODO_MEND_KEY, problem=faults.get(where, f"{', '.join(where)}."))
             regrade = f"regrade MARKS --question {quote(where[0])}"
             yield Task(what, regrade, (student.id,), of.at_stake(student, [where]))
+        for name in to_be_run(graded.run.versions):
+            yield Task(Problem.of(Code.TODO_GRADE_VERSION, name), _GRADE, (student.id,))
         if graded.key_digest not in ("", digest):
             yield Task(Problem.of(Code.TODO_OLDER_KEY), "regrade MARKS", (student.id,))
         for where in (given.mark.where for given in graded.lapsed):

@@ -4,6 +4,7 @@ import pytest
 from versions_class import VersionsClass
 from versions_table import FREE, TABLE
 
+from labcourse.grading import batch
 from labcourse.problems import Code, Problem
 
 
@@ -98,6 +99,38 @@ def test_what_came_after_marks_were_given_back_counts_when_it_is_taken(tmp_path,
     assert about(there.run_of("j1"), Code.VERSION_TAKEN) == ["02_stiffness.ipynb"] and row not in there.tasks()
     there.take("j1", "02", "--undo", "--by", "lea", "--reason", "A mistake.")
     assert there.counts()["j1", "Lab 02"] == 8
+
+
+def test_a_version_that_was_not_run_is_run_when_a_person_gave_the_other_few_points(tmp_path, monkeypatch):
+    (texts,) = (row for row in TABLE if row.title.startswith("a text that is replaced"))
+    there = VersionsClass(tmp_path, monkeypatch, [texts, TABLE[0]])
+    there.grade(texts.hand_ins)
+    in_01 = ["01_spring.ipynb"]
+    assert about(there.run_of("t1"), Code.VERSION_NOT_RUN) == in_01  # the text in time may have all its points
+    there.say("mark", there.marks, "t1", "1.2", "why", "1", "--reason", "Read.", "--by", "tia")
+    there.say("report", there.marks)
+    assert about(there.run_of("t1"), Code.VERSION_TO_BE_RUN) == in_01
+    assert (Code.TODO_GRADE_VERSION, "t1") in there.tasks()
+    there.grade(TABLE[0].hand_ins)  # of somebody else
+    there.say("mark", there.marks, "t1", "1.2", "why", "4", "--reason", "Read.", "--by", "tia")
+    there.end()
+    assert there.counts()["t1", "Lab 01"] == 10 * 0.9
+
+
+def test_a_fault_in_reading_one_of_a_pair_does_not_end_the_batch(tmp_path, monkeypatch):
+    (pair,) = (row for row in TABLE if row.title.startswith("F:"))
+    there = VersionsClass(tmp_path, monkeypatch, [pair, TABLE[0]])
+    read = batch.intake.read
+
+    def broken(submission, *arguments, **options):
+        if submission.student == "f1":
+            raise RuntimeError("a fault of ours")
+        return read(submission, *arguments, **options)
+
+    monkeypatch.setattr(batch.intake, "read", broken)
+    there.grade([*pair.hand_ins, *TABLE[0].hand_ins])
+    there.end()
+    assert (there.counts()["a1", "Lab 02"], there.states()["f1", "Lab 02"]) == (20, "could not be graded")
 
 
 def test_a_changed_deadline_is_applied_to_who_is_not_in_the_folder(tmp_path, monkeypatch):
