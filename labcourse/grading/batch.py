@@ -148,7 +148,7 @@ class Batch:
         self._how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
         given = [*self._how, settings.probe_seed, settings.supplied]
         self._basis = content_digest([self._bundles.digest(), _code_digest(), given])
-        self._masters = {name: _by_id(notebook) for name, notebook in self._bundles.current.pristine.items()}
+        self._masters = {name: self._bundles.masters(name)[0] for name in self._bundles.current.pristine}
         reports = report_files.names(course.catalogue)
         self._reports = {pdf: f"{course.notebook_of(number)}.ipynb" for number, pdf in reports.items()}
         self._roster = {caseless(student.student): student for student in gradebook.students()}
@@ -625,11 +625,6 @@ class Batch:
 def _is_of_reading(message: Reason) -> bool:
     """Return whether a message is about how a hand-in was found and read, which is not done again."""
     return isinstance(message, Problem) and message.code in OF_READING
-
-
-def _by_id(notebook: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the cells of a notebook by id."""
-    return {cell["id"]: cell for cell in notebook["cells"]}
 
 
 def _same_run(marked: Graded, new: Graded) -> bool:

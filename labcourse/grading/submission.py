@@ -160,9 +160,9 @@ class Piece:
 
     @property
     def folder_of(self) -> str:
-        """ID of the student whose folder it is: whom its course.json names, or the first of several in its name.
+        """ID of the student in whose folder it was done; "" if nothing says it.
 
-        It is "" if there is no course.json and one name only.
+        It is the student of its course.json. Without one, it is the first of several students in its name.
         """
         return self.owner.bench_of if self.course or len(self.owner.students) > 1 else ""
 

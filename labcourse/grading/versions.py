@@ -162,7 +162,7 @@ class Versions:
     Parameters
     ----------
     student : ID
-    hand_ins : ID of a student → all that belongs to them, in order; of the student, and of those whose folder they used
+    hand_ins : ID → hand-ins in order: of the student, and of each partner in whose folder some of it was done
     rules : what else versions depend on
     """
 

@@ -126,7 +126,7 @@ class HandIn:
 
     Attributes
     ----------
-    students : whose it is, as its name says: "s1", or "s1+s2" of a pair
+    students : its owners, as its name says: "s1", or "s1+s2" of a pair
     when : time of receipt; when its files were saved, if ``clock`` is False
     notebooks : the first two digits of a notebook's name → what is written in it by name, as code, or how it is
     files : further files by name

@@ -269,12 +269,6 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             rows = session.execute(wanted.where(Delivery.digest.in_(digests)))
             return {digest: content for digest, content in rows}
 
-    def content(self, student: str, name: str, digest: str) -> bytes | None:
-        """Return the content of a file that a student handed in, by name and digest; None if there is none."""
-        wanted = select(Delivery.content).join(StudentRecord).where(Delivery.name == name, Delivery.digest == digest)
-        with self._database.reading() as session:
-            return session.scalar(wanted.where(is_student(student)).limit(1))
-
     def received(self, student: str) -> dict[str, Arrival]:
         """Return file name → when the newest version of each notebook of a student was received.
 

@@ -120,7 +120,7 @@ class Bundles:
         return digest.hexdigest()
 
     def masters(self, name: str) -> list[dict[str, Any]]:
-        """Return a notebook, by file name, as it is in each release that has it: the id of each cell → the cell."""
+        """Return a notebook, by file name, as it is in each release, the present one first: id → cell."""
         releases = [self.current.pristine, *(release.notebooks for release in self._older.values())]
         notebooks = [notebooks[name] for notebooks in releases if name in notebooks]
         return [{cell["id"]: cell for cell in notebook["cells"]} for notebook in notebooks]

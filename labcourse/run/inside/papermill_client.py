@@ -108,7 +108,7 @@ class Client(PapermillNotebookClient):  # type: ignore[misc]  # papermill has no
         return None
 
 
-class _Manager(NotebookExecutionManager):  # type: ignore[misc]
+class _Manager(NotebookExecutionManager):  # type: ignore[misc]  # papermill has no types
     def get_cell_description(self, cell: Any, escape_str: str = "papermill_description=") -> str | None:
         """Return what a cell says of itself; papermill fails if that is empty."""
         with contextlib.suppress(IndexError):
