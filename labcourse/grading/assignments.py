@@ -84,10 +84,11 @@ def find(course: Course, name: str) -> Assignment:
 
 def notebook(course: Course, name: str) -> str:
     """Return the notebook, without ending, that a name or a number (as "02") means. Raises GradingError without one."""
-    for one in (notebook for assignment in of_course(course) for notebook in assignment.notebooks):
+    names = [notebook for assignment in of_course(course) for notebook in assignment.notebooks]
+    for one in names:
         if caseless(name.removesuffix(".ipynb")) in (caseless(one), caseless(short(one))):
             return one
-    raise GradingError(f"No assignment has a notebook {name!r}.")
+    raise GradingError(f"No assignment has a notebook {name!r}. They have: {', '.join(names)}.")
 
 
 def given_back(publications: Iterable[Publication]) -> frozenset[str] | None:

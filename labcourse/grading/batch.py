@@ -404,7 +404,7 @@ class Batch:
 
     def _graded_folder(self, submission: Submission, folder: Folder, pool: runner.Pool, marker: Marker) -> Graded:
         """Run and mark a folder of a student's, or return the stored run of an equal one with its marks."""
-        part = replace(submission, bench_of=folder.bench_of)
+        part = replace(submission, bench_of=folder.bench_of, has_run=True)
         part.problems, part.notes = [*submission.problems], [*submission.notes]
         part.doubts, part.items = [], []
         self._prepare(part, folder)

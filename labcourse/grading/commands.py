@@ -798,6 +798,8 @@ def take(
     name = assignments.notebook(course, notebook)
     with _gradebook(marks) as book:
         versions = counting.listed(book, student, name)
+        if not versions:
+            raise GradingError(f"{student!r} has handed in nothing of {name}.")
         if version is None and not undo:
             say(*(text for _hand_in, text in versions))
             return

@@ -168,11 +168,12 @@ def listed(book: Gradebook, student: str, notebook: str) -> list[tuple[StoredHan
     """Return the hand-ins of a student from the first one with a notebook (no ending) on, each with a numbered line."""
     graded = book.current(student)
     entries = [] if graded is None else [one for one in graded.run.versions if one["notebook"] == notebook]
+    is_taken = any(one["why"] == "taken" for one in entries)
     found: list[tuple[StoredHandIn, str]] = []
     for hand_in in in_order(book.stored(student)):
         if found or f"{notebook}.ipynb" in hand_in.files:
             known = (one for one in entries if (one["source"], arrival_of(one).received) == hand_in.key)
-            state = next((_state(one) for one in known), "nothing new for it")
+            state = next((_state(one) for one in known), "not taken" if is_taken else "nothing new for it")
             when = f"{hand_in.received:%Y-%m-%d %H:%M} UTC"
             found.append((hand_in, f"{len(found) + 1}  {when}  {hand_in.source}  {state}"))
     return found

@@ -1,6 +1,7 @@
 """Which version of a notebook counts: the term of ``versions_table.py``, graded week by week and all at once."""
 
 import pytest
+from command_line import rotflex, said
 from versions_class import VersionsClass
 from versions_table import FREE, TABLE
 
@@ -94,6 +95,8 @@ def test_what_came_after_marks_were_given_back_counts_when_it_is_taken(tmp_path,
     row = (Code.TODO_HANDED_IN_AGAIN, "j1")
     assert about(there.run_of("j1"), Code.VERSION_AFTER_GIVEN_BACK) == ["02_stiffness.ipynb"]
     assert row in there.tasks() and "after marks were given back" in there.take("j1", "02")
+    refused = rotflex("take", there.marks, "nobody", "02", "--solutions", there.solutions)
+    assert refused.exit_code == 2 and "'nobody' has handed in nothing of 02_stiffness" in said(refused)
     there.take("j1", "02", 2, "--by", "lea", "--reason", "Her laptop broke.")
     assert there.counts()["j1", "Lab 02"] == 20
     assert about(there.run_of("j1"), Code.VERSION_TAKEN) == ["02_stiffness.ipynb"] and row not in there.tasks()
