@@ -44,7 +44,17 @@ from labcourse.grading.running.prepared import content_digest, not_run, prepare,
 from labcourse.grading.running.supplied import Supplied, values_for
 from labcourse.grading.settings import Assignment
 from labcourse.grading.submission import NEVER, TIME_RECEIVED, Decisions, Submission
-from labcourse.grading.versions import Folder, HandInKey, Lateness, Rules, StoredHandIn, Versions, choose, in_order
+from labcourse.grading.versions import (
+    Folder,
+    HandInKey,
+    Lateness,
+    NotebookVersion,
+    Rules,
+    StoredHandIn,
+    Versions,
+    in_order,
+    run_what_may_count,
+)
 from labcourse.problems import OF_READING, Code, Problem, Reason, Where
 from labcourse.run.inside import EVIDENCE_FILE
 from labcourse.run.reasons import explain
@@ -215,7 +225,7 @@ class Batch:
                 return _unchanged(submission, marked)
             submission.has_run = False  # until a folder is run
             submission.graded = self._count(submission, pool, marker)
-            if marked and _same_run(marked, submission.graded):
+            if marked and _identity(marked) == _identity(submission.graded):
                 self._gradebook.note_prepared(marked.run.key, submission.prepared_from)
                 return _unchanged(submission, marked)
         except IsolationError:
@@ -379,24 +389,25 @@ class Batch:
     def _count(self, submission: Submission, pool: runner.Pool, marker: Marker) -> Graded:
         """Run the folders that are needed, and return what counts: each notebook of the version that is worth most."""
         versions, course = self._versions(submission), self._course
-        notebooks = self._bundles.names
         given, folders = self._gradebook.given_marks(submission.student), list[tuple[Folder, Graded]]()
 
         def run(folder: Folder) -> Graded:
             folders.append((folder, self._graded_folder(submission, folder, pool, marker)))
             return folders[-1][1]
 
-        def worth(graded: Graded, name: str) -> Fraction:
-            return counting.worth(course, graded, given, name.removesuffix(".ipynb"))
+        def worth(graded: Graded, version: NotebookVersion) -> Fraction:
+            points = counting.worth(course, graded, given, version.notebook.removesuffix(".ipynb"))
+            return points * (1 - version.late[1])
 
-        choices = choose(versions, notebooks, run, worth, self._possible, partial(counting.holds, course))
+        holds = partial(counting.holds, course)
+        ran = run_what_may_count(versions, self._bundles.names, run, worth, self._possible, holds)
         if not folders:
             run(versions.newest())
         newest, base = max(folders, key=lambda one: one[0].place)
-        entries = counting.entries_of(course, choices, versions, base.run.key, newest)
+        entries = counting.entries_of(course, ran, versions, base.run.key, newest)
         about = self._roster.get(caseless(submission.student), StudentRecord(submission.student))
         runs = {graded.run.key: graded for _folder, graded in folders}
-        if counting.has_several(entries):
+        if counting.is_choice(entries):
             for graded in runs.values():
                 self._gradebook.keep(graded)
         made = counting.assembled(course, about, entries, runs, given)
@@ -627,11 +638,9 @@ def _is_of_reading(message: Reason) -> bool:
     return isinstance(message, Problem) and message.code in OF_READING
 
 
-def _same_run(marked: Graded, new: Graded) -> bool:
-    """Return whether what counts now is what counted before."""
-    runs = (marked.run, new.run)
-    first, second = ((run.key, run.submission, [*run.versions]) for run in runs)
-    return first == second
+def _identity(graded: Graded) -> tuple[object, ...]:
+    """Return by what it is known that what counts is the same."""
+    return graded.run.key, graded.run.submission, [*graded.run.versions]
 
 
 def _unchanged(submission: Submission, current: Graded) -> Submission:

@@ -25,15 +25,7 @@ from labcourse.grading.gradebook import Arrival, GivenMark, Gradebook, Graded, R
 from labcourse.grading.marking.marking_processes import Marker, marking_digest
 from labcourse.grading.marks import UNDECIDED, Status
 from labcourse.grading.running.prepared import content_digest
-from labcourse.grading.versions import (
-    Folder,
-    Lateness,
-    NotebookVersion,
-    StoredHandIn,
-    VersionChoice,
-    Versions,
-    in_order,
-)
+from labcourse.grading.versions import Folder, Lateness, NotebookVersion, StoredHandIn, Versions, in_order
 from labcourse.problems import Code, Problem, Reason, Where
 
 #: A version as :attr:`RunRecord.versions` stores it: "notebook" without ending; "source", "received", "clock" of the
@@ -122,21 +114,25 @@ def rules_of(course: Course) -> str:
 
 
 def entries_of(
-    course: Course, choices: Mapping[str, VersionChoice[Graded]], versions: Versions, base: str, folder: Folder
+    course: Course,
+    ran: Mapping[str, Sequence[tuple[NotebookVersion, Graded]]],
+    versions: Versions,
+    base: str,
+    folder: Folder,
 ) -> list[Entry]:
     """Return the entries of all versions, before it is decided which of them count.
 
     Parameters
     ----------
     course : with its settings
-    choices : notebook's file name → what was chosen
+    ran : notebook's file name → its versions that were run, each with its run
     versions : of the student's notebooks
     base, folder : key and folder of the run for what has no version
     """
     absent = [name.removesuffix(".ipynb") for name in versions.of_others(folder)]
     entries: list[Entry] = [{"notebook": "", "run": base, "why": "", "rules": rules_of(course), "absent": absent}]
-    for name, choice in sorted(choices.items()):
-        runs = {id(version): graded.run.key for version, graded in choice.results}
+    for name, results in sorted(ran.items()):
+        runs = {id(version): graded.run.key for version, graded in results}
         for version in (*versions.of(name), *(late := versions.after_given_back(name))):
             hand_in = version.hand_in
             entries.append(
@@ -213,51 +209,48 @@ def assembled(
     given : what persons gave for the student's answers
     """
     best: dict[str, tuple[Fraction, Entry]] = {}
-    open_ = [entry for entry in entries[1:] if entry["why"] != "given back"]
-    for entry in sorted(open_, key=lambda one: how_late(course, student, one["notebook"], arrival_of(one))):
-        name, graded = entry["notebook"], runs.get(entry["run"])
-        if graded is not None:
-            _waits, lost = how_late(course, student, name, arrival_of(entry))
-            points = worth(course, graded, given, name) * (1 - lost)
-            if name not in best or points > best[name][0]:
-                best[name] = points, entry
-    counting = [entry for _points, entry in best.values()]
+    to_do: list[Entry] = []
     most = possible(course)
-    for entry in (one for one in open_ if one["run"] not in runs and one["notebook"] in best):
-        _waits, lost = how_late(course, student, entry["notebook"], arrival_of(entry))
-        may_win = most[f"{entry['notebook']}.ipynb"] * (1 - lost) > best[entry["notebook"]][0]
-        entries = [{**one, "why": TO_BE_RUN if may_win else ""} if one is entry else one for one in entries]
+
+    def late(entry: Entry) -> Lateness:
+        return how_late(course, student, entry["notebook"], arrival_of(entry))
+
+    for entry in sorted((one for one in entries[1:] if one["why"] != "given back"), key=late):
+        name, left = entry["notebook"], 1 - late(entry)[1]
+        if entry["run"] not in runs:
+            to_do += [entry] if name in best and most[f"{name}.ipynb"] * left > best[name][0] else []
+        elif name not in best or worth(course, runs[entry["run"]], given, name) * left > best[name][0]:
+            best[name] = worth(course, runs[entry["run"]], given, name) * left, entry
+    counting = [entry for _points, entry in best.values()]
     chosen = {entry["notebook"]: runs[entry["run"]] for entry in counting}
     made = _composed(course, runs[entries[0]["run"]], chosen, entries[0]["absent"])
-    decided = tuple({**entry, "counts": entry in counting} for entry in entries)
+    why = [TO_BE_RUN if one in to_do else one["why"] if one["why"] != TO_BE_RUN else "" for one in entries]
+    decided = [{**one, "counts": one in counting, "why": new} for one, new in zip(entries, why, strict=True)]
     former = (note for note in made.run.notes if not (isinstance(note, Problem) and note.code in _ABOUT_VERSIONS))
     notes = dict.fromkeys((*former, *_from_where(decided), *_not_counted(decided)))
-    return replace(made, run=replace(made.run, versions=decided, notes=tuple(notes)))
+    return replace(made, run=replace(made.run, versions=tuple(decided), notes=tuple(notes)))
 
 
 def _from_where(entries: Sequence[Entry]) -> Iterator[Problem]:
     """Yield a note for each hand-in with a version that counts, if there are several hand-ins."""
     names = defaultdict[tuple[str, str], list[str]](list)
     for entry in entries[1:]:
-        names[entry["received"], entry["source"]] += [f"{entry['notebook']}.ipynb"] if entry["counts"] else []
-    for (received_at, source), own in sorted(names.items() if len(names) > 1 else ()):
+        names[_time(entry), entry["source"]] += [f"{entry['notebook']}.ipynb"] if entry["counts"] else []
+    for (time, source), own in sorted(names.items() if len(names) > 1 else ()):
         if own:
-            time = datetime.fromisoformat(received_at)
-            yield Problem.of(Code.ARRIVED, time=f"{time:%Y-%m-%d %H:%M}", source=source, names=own)
+            yield Problem.of(Code.ARRIVED, time=time, source=source, names=own)
 
 
-def _not_counted(entries: Iterable[Entry]) -> Iterator[Problem]:
-    """Yield a note for each version that does not count beside one that does."""
-    by_notebook = defaultdict[str, list[Entry]](list)
+def _not_counted(entries: Sequence[Entry]) -> Iterator[Problem]:
+    """Yield a note for each version that does not count beside one that does, and for each that was taken."""
+    counting = {entry["notebook"]: entry for entry in entries if entry["counts"]}
     for entry in entries:
-        by_notebook[entry["notebook"]].append(entry)
-    for name, versions in by_notebook.items():
-        for counts in (entry for entry in versions if name and entry["counts"]):
-            for entry in (entry for entry in versions if not entry["counts"]):
-                code = _WHY.get(entry["why"]) or (Code.VERSION_WORTH_LESS if entry["run"] else Code.VERSION_NOT_RUN)
-                yield Problem.of(code, f"{name}.ipynb", time=_time(entry), counts=_time(counts))
-            if counts["why"] == "taken":
-                yield Problem.of(Code.VERSION_TAKEN, f"{name}.ipynb", time=_time(counts))
+        counts = counting.get(entry["notebook"], entry)
+        if counts is not entry:
+            code = _WHY.get(entry["why"]) or (Code.VERSION_WORTH_LESS if entry["run"] else Code.VERSION_NOT_RUN)
+            yield Problem.of(code, f"{entry['notebook']}.ipynb", time=_time(entry), counts=_time(counts))
+        elif entry["why"] == "taken":
+            yield Problem.of(Code.VERSION_TAKEN, f"{entry['notebook']}.ipynb", time=_time(entry))
 
 
 def _time(entry: Entry) -> str:
@@ -296,14 +289,18 @@ def _composed(course: Course, base: Graded, chosen: Mapping[str, Graded], absent
             if (name := _notebook_of(message, course)) is None or key_of(name) == key
         ]
 
-    def by_question(attribute: str) -> dict[Any, Any]:
-        """Return what is known by question, or by question and part."""
+    def by_question(attribute: str, of: Mapping[str, Any] = submissions) -> dict[Any, Any]:
+        """Return what runs or submissions know by question, or by question and part."""
         return {
             where: value
-            for key, submission in submissions.items()
-            for where, value in getattr(submission, attribute).items()
+            for key, one in of.items()
+            for where, value in getattr(one, attribute).items()
             if of_question(where if isinstance(where, str) else where[0]) == key
         }
+
+    def own(attribute: str, key_for: Callable[[Any], str], of: Mapping[str, Any]) -> tuple[Any, ...]:
+        """Return the entries of lists, each list without those that belong to other runs."""
+        return tuple(entry for key, one in of.items() for entry in getattr(one, attribute) if key_for(entry) == key)
 
     reports = {key: submission.cell_reports for key, submission in submissions.items()}
     asked = {key: submission.asked for key, submission in submissions.items()}
@@ -320,23 +317,19 @@ def _composed(course: Course, base: Graded, chosen: Mapping[str, Graded], absent
         notes=messages("notes", submissions),
         ended=tuple(messages("ended", submissions)),
         cell_reports=CellReports(
-            cells=tuple(one for key, all_ in reports.items() for one in all_.cells if key_of(one.notebook) == key),
-            refusals=tuple(
-                one for key, all_ in reports.items() for one in all_.refusals if of_question(one.question) == key
-            ),
-            unused=tuple(one for key, all_ in reports.items() for one in all_.unused if key_of(one[0]) == key),
+            own("cells", lambda cell: key_of(cell.notebook), reports),
+            own("refusals", lambda refusal: of_question(refusal.question), reports),
+            own("unused", lambda entry: key_of(entry[0]), reports),
         ),
         missing=by_question("missing") | not_there,
         words=by_question("words"),
         documents=by_question("documents"),
         asked=None
         if all(given is None for given in asked.values())
-        else [where for where in everything if (own := asked[of_question(where[0])]) is None or where in own],
-        untouched=tuple(
-            name for key, submission in submissions.items() for name in submission.untouched if key_of(name) == key
-        ),
+        else [where for where in everything if (of_run := asked[of_question(where[0])]) is None or where in of_run],
+        untouched=own("untouched", key_of, submissions),
     )
-    marks = {mark.where: mark for key, one in runs.items() for mark in one.marks if of_question(mark.question) == key}
+    marks = {mark.where: mark for mark in own("marks", lambda mark: of_question(mark.question), runs)}
     for mark in (one for one in base.marks if one.where in not_there):
         marks[mark.where] = replace(mark, status=Status.MISSING, points=0.0, reason=not_there[mark.where], given="")
     order = [(number, part) for number, checks in course.key.items() for part in checks]
@@ -353,12 +346,7 @@ def _composed(course: Course, base: Graded, chosen: Mapping[str, Graded], absent
         problems=tuple(dict.fromkeys(messages("problems", records))),
         notes=tuple(dict.fromkeys(messages("notes", records))),
         cells=graded_run.facts_as_json(whole),
-        claim={
-            question: parts
-            for key, one in runs.items()
-            for question, parts in one.run.claim.items()
-            if of_question(question) == key
-        },
+        claim=by_question("claim", records),
         words=graded_run.words_as_json(whole.words),
     )
     return Graded(run, tuple(marks[where] for where in order if where in marks), base.key_digest)
@@ -396,19 +384,14 @@ def _notebook_of(message: Reason, course: Course) -> str | None:
 
 
 def is_choice(entries: Sequence[Entry]) -> bool:
-    """Return whether a notebook has several versions, or what counts is a part of a run."""
-    names = [entry["notebook"] for entry in entries]
-    return len(names) > len({*names}) or has_several(entries)
+    """Return whether what counts was chosen among versions, or put together of several runs or of a part of one."""
+    names, runs = [entry["notebook"] for entry in entries], {entry["run"] for entry in entries} - {""}
+    return len(names) > len({*names}) or len(runs) > 1 or any(entry.get("absent") for entry in entries)
 
 
 def to_be_run(entries: Iterable[Entry]) -> list[str]:
     """Return the notebooks, without ending, with a version that was not run and may be worth most now."""
     return [entry["notebook"] for entry in entries if entry["why"] == TO_BE_RUN]
-
-
-def has_several(entries: Iterable[Entry]) -> bool:
-    """Return whether what counts was put together: of several runs, or of a part of one."""
-    return len({entry["run"] for entry in entries} - {""}) > 1 or any(entry.get("absent") for entry in entries)
 
 
 def recount(book: Gradebook, course: Course, graded: Graded, mark: Callable[[Graded], Graded] | None = None) -> Graded:
@@ -422,8 +405,7 @@ def recount(book: Gradebook, course: Course, graded: Graded, mark: Callable[[Gra
     """
     if not is_choice(graded.run.versions):
         return graded if mark is None else mark(graded)
-    keys = sorted({entry["run"] for entry in graded.run.versions} - {""})
-    runs = {key: found for key in keys if (found := book.find_made(key)) is not None}
+    runs = {one["run"]: found for one in graded.run.versions if (found := book.find_made(one["run"])) is not None}
     if mark is not None:
         runs = {key: mark(found) for key, found in runs.items()}
         for one in runs.values():

@@ -8,7 +8,7 @@ step          where                                                       what i
 find          :func:`labcourse.grading.intake.finding.find`               the student, the pieces, the partners
 read          :func:`labcourse.grading.intake.reading.read`               the files of the pieces, and what cannot be
                                                                           read
-choose        :func:`labcourse.grading.versions.choose`                   which versions of the notebooks may count, of
+choose        ``Batch._count``                                            which versions of the notebooks may count, of
                                                                           all that was ever handed in; the next six
                                                                           steps are taken once for each folder that has
                                                                           to be run

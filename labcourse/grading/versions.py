@@ -7,7 +7,7 @@ that is less late *is* that version. The version that is worth most counts, less
 earlier. What a person took counts before all of this.
 
 Everything here is computed from what the gradebook stores, so that neither the order nor the number of gradings changes
-a mark. Nothing is run here: :func:`choose` asks for the runs that it needs.
+a mark. Nothing is run here: :func:`run_what_may_count` asks for the runs that it needs.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from fractions import Fraction
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.gradebook import Stored
@@ -245,15 +245,13 @@ class Versions:
         """Return the versions that came after the marks of a notebook were given back, unless a person took one."""
         if notebook in self._rules.taken:
             return []
-        found = {hand_in.key: self._at(hand_in, notebook) for hand_in in self._hand_ins[self._student]}
+        later = (one for one in self._hand_ins[self._student] if self.is_closed(one, notebook))
         counting = {version.folder.files[notebook] for version in self.of(notebook)}
         return [
             version
-            for key, version in found.items()
-            if version is not None
-            and self.is_closed(version.hand_in, notebook)
-            and version.folder.came[notebook].key == key
-            and version.folder.files[notebook] not in counting
+            for hand_in in later
+            if (version := self._at(hand_in, notebook)) and version.folder.came[notebook].key == hand_in.key
+            if version.folder.files[notebook] not in counting
         ]
 
     def of_others(self, folder: Folder) -> list[str]:
@@ -292,52 +290,36 @@ class Versions:
         return closed is not None and hand_in.since > closed
 
 
-# --- what counts ------------------------------------------------------------------------------------------------------
+# --- what may count ---------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class VersionChoice(Generic[_Result]):
-    """The version of a notebook that counts.
-
-    Attributes
-    ----------
-    version : it
-    results : each version that was run, with the result that it is taken from; the others could not be worth more
-    """
-
-    version: NotebookVersion
-    results: tuple[tuple[NotebookVersion, _Result], ...]
-
-
-def choose(
+def run_what_may_count(
     versions: Versions,
     notebooks: Collection[str],
     run: Callable[[Folder], _Result],
-    worth: Callable[[_Result, str], Fraction],
+    worth: Callable[[_Result, NotebookVersion], Fraction],
     possible: Mapping[str, Fraction],
     holds: Callable[[_Result, NotebookVersion], bool] = lambda result, version: True,
-) -> dict[str, VersionChoice[_Result]]:
-    """Choose the version of each notebook that counts, with as few runs as that takes.
+) -> dict[str, list[tuple[NotebookVersion, _Result]]]:
+    """Run the versions of notebooks, with as few runs as that takes, and without those that cannot be worth most.
 
     Parameters
     ----------
     versions : of a student's notebooks
     notebooks : file names
     run : function that runs a folder, or takes the stored result of an equal one
-    worth : function of a result and a notebook's file name: its points before lateness; of a text that nobody has
-        scored, all
-    possible : file name of a notebook → all of its points; a version that is late cannot be worth more than that, less
-        its lateness
+    worth : function of a result and a version: its points less its lateness; of a text that nobody has scored, all
+    possible : file name of a notebook → all of its points; no version is worth more than these less its lateness
     holds : function that returns whether the result of a later folder with equal needs may stand for a version
 
     Returns
     -------
     dict
-        File name of each notebook with a version → what counts.
+        File name of each notebook with a version → versions that were run, with their results, less late ones first.
     """
-    waiting = {name: [*found] for name in notebooks if (found := versions.of(name))}
+    waiting = {name: [*versions.of(name)] for name in notebooks}
     results: list[tuple[Folder, _Result]] = []
-    choices: dict[str, VersionChoice[_Result]] = {}
+    found = defaultdict[str, list[tuple[NotebookVersion, _Result]]](list)
     best: dict[str, Fraction] = {}
 
     def result_for(version: NotebookVersion) -> list[_Result]:
@@ -356,16 +338,11 @@ def choose(
                 del waiting[name]
         ready = [(queue.pop(0), result) for queue in waiting.values() for result in result_for(queue[0])]
         for version, result in ready:
-            name, value = version.notebook, worth(result, version.notebook) * (1 - version.late[1])
-            former = choices.get(name)
-            choice = VersionChoice(version, ((version, result),)) if former is None else former
-            if former is not None:
-                choice = replace(former, results=(*former.results, (version, result)))
-            if former is None or value > best[name]:
-                choice, best[name] = replace(choice, version=version), value
-            choices[name] = choice
+            name, value = version.notebook, worth(result, version)
+            found[name].append((version, result))
+            best[name] = max(value, best.get(name, value))
         if waiting and not ready:
             done = [folder for folder, _result in results]
             folder = versions.newest_for([queue[0] for queue in waiting.values()], done)
             results.append((folder, run(folder)))
-    return choices
+    return dict(found)
