@@ -92,6 +92,7 @@ class Bench:
         self._sample_time = 0.0
         self._counts = np.zeros(2, dtype=np.int32)
         self._begun = (0, 0)  # counts from which angles are counted
+        self._answered = 0, (0.0, 0.0)  # the sample that was answered last; voltages before that answer, and since
 
     def __repr__(self) -> str:
         described = ", ".join(f"{key}={value}" for key, value in self.identity.items())
@@ -217,6 +218,7 @@ class Bench:
             self._begun = self.connection.counts()
         self._sample, self._sample_time = 0, sample_time
         self._pace, self.late, self.is_left_alone = None, [], False
+        self._answered = 0, (0.0, 0.0)
         self.safety.start(sample_time, self.begun)
         self._sampled_by = threading.get_ident()
         self.connection.start_sampling(sample_time, self.is_simulated)
@@ -296,7 +298,10 @@ class Bench:
         measured = Measurement(self._sample * self._sample_time, theta, alpha)
         self._sample += 1
         self.latest = measured
-        if self.safety.supervision is not None and (why := self.safety.supervision.see(measured, samples)):
+        supervision = self.safety.supervision
+        if supervision is not None and self.overdue:
+            supervision.drive(self.held(self._sample - 2))  # what the motor had until this sample
+        if supervision is not None and (why := supervision.see(measured, samples)):
             late = f"{in_words(self.timing, self._sample)} " if too_many(self.timing, self._sample) else ""
             self._end(LimitExceeded(f"{late}{why}"))
         return measured
@@ -355,6 +360,7 @@ class Bench:
         except HILError as error:
             self._require_alive(error)
             raise
+        self._answered = self.sample, (self._answered[1][1], applied)
         if supervision is not None:
             supervision.drive(applied)
         return applied
@@ -409,6 +415,11 @@ class Bench:
     def overdue(self) -> int:
         """How many periods late the voltage was written that was there when the last sample was read."""
         return 0 if self._pace is None else self._pace.overdue
+
+    def held(self, sample: int) -> float:
+        """Return which voltage (V) the motor had after a sample, from the one answered last to the one read last."""
+        answered, (before, since) = self._answered
+        return before if sample < answered + self.overdue else since
 
     @property
     def timing(self) -> dict[str, Any]:

@@ -170,7 +170,9 @@ def _sample(bench: Bench, controller: Controller, targets: Vector, coming: Itera
         came = [bench.read()]
         newest = bench.sample
         if newest > index or bench.overdue:
-            _hold(vm, index, newest, bench.overdue)
+            # An answer that was written periods after its sample was not at the motor before.
+            for sample in range(max(index - 1, 0), min(newest, targets.size)):
+                vm[sample] = bench.held(sample)
             came = [*bench.late, *came]
             came = [*_bridge(signals, index, newest + 1 - len(came), came[0]), *came]
             came = came[: targets.size - index]  # the last may come after the end
@@ -182,14 +184,6 @@ def _sample(bench: Bench, controller: Controller, targets: Vector, coming: Itera
         if newest < targets.size:
             vm[newest] = bench.write(answer)
             torque[newest] = bench.push()
-
-
-def _hold(vm: Vector, index: int, newest: int, overdue: int) -> None:
-    """Note the voltage that the motor had from a sample to the newest one: the last answer, once it was written."""
-    held = float(vm[index - 1]) if index else 0.0
-    vm[index:newest] = held
-    if index and overdue:  # an answer that was written periods after its sample was not at the motor before
-        vm[index - 1 : min(index - 1 + overdue, newest)] = vm[index - 2] if index > 1 else 0.0
 
 
 def _bridge(signals: Array, index: int, first: int, came: Measurement) -> list[Measurement]:

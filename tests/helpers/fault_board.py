@@ -59,6 +59,7 @@ class FaultBoard:
     loses : sample → how many are lost in one burst before it; the board does not say how many it lost
     sample : how many samples were read since the last run began
     told : each verb that it was told, with a copy of its values
+    written : each voltage while it took samples, after its time, s
     """
 
     def __init__(self, bench: str = "real_bench", state: State = REST) -> None:
@@ -66,6 +67,7 @@ class FaultBoard:
         spec = preset(bench)
         self.inner = VirtualBoard(spec.parameters, state=state, clock=self.time, timing=spec.timing)
         self.told: list[tuple[str, list[Any]]] = []
+        self.written: list[tuple[float, float]] = []
         self.before: dict[str, Callable[[int], None]] = {}
         self.spoil: Callable[[list[int], int], list[int]] | None = None
         self.came: Callable[[int], int | None] = lambda sample: None
@@ -89,6 +91,11 @@ class FaultBoard:
     def task_start(self, *arguments: Any) -> None:
         self.__getattr__("task_start")(*arguments)
         self.sample = 0
+
+    def write_analog(self, channels: Any, count: int, voltages: Any) -> None:
+        self.__getattr__("write_analog")(channels, count, voltages)
+        if self.sample:
+            self.written.append((self.time.now(), float(voltages[0])))
 
     def task_read_encoder(self, task: int, samples: int, buffer: Any) -> int:
         for lost in [self.loses.pop(one, 0) for one in range(self.sample, self.sample + samples)]:
