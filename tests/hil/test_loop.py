@@ -20,6 +20,8 @@ from rotflex.hil.recorder import Stored, recover
 from rotflex.hil.student_benches import preset
 from rotflex.hil.virtual import VirtualBoard
 from rotflex.recording import Recording
+from rotflex.signals import smooth_square_wave, time_axis
+from rotflex.units import DEG
 
 GAIN = [18.24, -17.15, 1.59, 0.63]
 
@@ -118,6 +120,21 @@ def test_a_real_bench_moves_as_its_log_says(real_log):
     for name, limit in (("theta", 0.2), ("alpha", 0.16)):
         assert np.sqrt(np.mean((replayed.degrees(name) - real_log.degrees(name)) ** 2)) <= limit, name
     assert np.abs(replayed["vm"]).max() == pytest.approx(np.abs(real_log["vm"]).max(), rel=0.1)
+
+
+def test_the_preset_of_a_real_bench_rests_where_that_bench_does():
+    """On two of its logs: how far off the servo stands 1.9 s after a turn to -30 deg, and at which voltage."""
+    reference = smooth_square_wave(time_axis(4.2, 0.002), 0.25, 30 * DEG, 100.0)  # the turn is at 2 s
+    for gain, off, volts in (
+        # Of the log's -0.18 V, 0.05 are of a deflection of 0.16 deg at which that link rests; the virtual one's is 0.
+        ([13.0384, -17.2586, 1.3198, -0.0461], 0.56, -0.13),
+        ([4.74, 0.0, 0.2133, 0.0], 2.35, -0.2),
+    ):
+        with hil.open("virtual:?preset=real_bench") as bench:
+            recording = run(bench, StateFeedback(gain), reference, progress=False)
+        rest = (recording.time > 3.7) & (recording.time < 3.95)
+        assert np.mean(recording.degrees("theta")[rest]) + 30 == pytest.approx(off, abs=0.15)
+        assert np.mean(recording["vm"][rest]) == pytest.approx(volts, abs=0.05)
 
 
 @pytest.mark.parametrize("answer", [None, [1.0, 2.0], "fast", 1j, True, np.bool_(True), "1.0"])

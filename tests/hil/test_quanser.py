@@ -113,8 +113,13 @@ def test_a_program_of_ones_own_does_no_harm_on_a_bench_that_was_not_commissioned
             stopped = str(error)
     assert laboratory.moved < 45 * DEG
     assert output(cards[0]) == 0.0
-    right = signs in ((1, 1, -1), (-1, -1, 1))  # as wired, and its mirror image
-    assert bool(stopped) is not right
+    motor, servo, link = signs
+    if motor != servo:
+        assert stopped
+    elif motor == link:  # with the link's sign alone wrong, friction may hold the servo near where it should be
+        assert stopped or laboratory.moved < 5 * DEG
+    else:  # as wired, and its mirror image
+        assert not stopped
 
 
 def test_more_than_an_uncommissioned_bench_allows_is_refused_and_not_cut_in_silence(installed):
