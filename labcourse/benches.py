@@ -13,7 +13,7 @@ from labcourse.student_id import caseless
 OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
 WHICH = (OWN, SAME, PRESET, REAL)
 _ENTRIES = ("which", "seed", "preset", "benches")  # of the entry "bench"
-FIRST_DRAW = 1  #: the version of the draws unless another is named
+FIRST_DRAW = 1  #: the version of the draws of a course that names none
 MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
 
 
@@ -32,7 +32,7 @@ class BenchPolicy:
         the laboratory's bench at which they made their recordings
     seed : of everybody's bench, where it is the same
     preset : name of everybody's bench, where it is a preset
-    draw : version of the way in which benches are drawn from seeds
+    draw : version of the way in which benches are drawn from seeds; as the course draws them now unless given
     benches : names of the laboratory's benches, if it is one of these
 
     Raises
@@ -44,7 +44,7 @@ class BenchPolicy:
     which: str = OWN
     seed: int = 0
     preset: str = ""
-    draw: int = FIRST_DRAW
+    draw: int | None = None
     benches: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -57,7 +57,7 @@ class BenchPolicy:
                 f'"NAME"}} or {{"which": "real", "benches": ["NAME"]}}, with a seed from 0 to {MOST_SEED}; it has '
                 f"{vars(self)!r:.120}."
             )
-        if type(self.draw) is not int:
+        if not (self.draw is None or type(self.draw) is int):
             raise ConfigurationError(f'"draw" should be a whole number, not {self.draw!r:.80}.')
         object.__setattr__(self, "benches", tuple(names))  # JSON has lists
 
@@ -91,4 +91,4 @@ def policy_of(course: Mapping[str, Any]) -> BenchPolicy:
     bench = course.get("bench", {})
     entries = bench if isinstance(bench, Mapping) else {"which": [bench]}  # refused as no policy
     known: dict[str, Any] = {name: entries[name] for name in _ENTRIES if name in entries}  # there may be later ones
-    return BenchPolicy(**known, draw=course.get("draw", FIRST_DRAW))
+    return BenchPolicy(**known, draw=course.get("draw"))

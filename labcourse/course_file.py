@@ -108,22 +108,16 @@ def of(folder: Path) -> dict[str, Any] | None:
     return read(course.place / courses.NOTEBOOKS)
 
 
-def bench_policy(folder: Path, latest: int = benches.FIRST_DRAW) -> BenchPolicy:
+def bench_policy(folder: Path) -> BenchPolicy:
     """Return which bench a student has, by the ``course.json`` of their folder or of the installed release.
-
-    Parameters
-    ----------
-    folder : with the notebooks
-    latest : version of the draws without such a file, as in the course's own folder
 
     Raises
     ------
     ConfigurationError
         If the file cannot be read.
     """
-    course = of(folder)
     try:
-        return benches.policy_of({"draw": latest} if course is None else course)
+        return benches.policy_of(of(folder) or {})
     except ConfigurationError as error:
         raise ConfigurationError(f"{COURSE_FILE}: {error}") from None
 

@@ -150,7 +150,7 @@ def fill(folder: Path, student: str | None = None) -> list[str]:
     folder.mkdir(parents=True, exist_ok=True)
     lines, begun, release = list[str](), course_file.about(folder).get(course_file.RELEASE_KEY), _release_of(course)
     if student is not None:
-        # In a checkout, the bench is as it is drawn now: a file that names the student alone is of the first draw.
+        # In a checkout, the file says how the bench was drawn, so that a later draw changes nothing in silence.
         now = {} if release else {"draw": installed.draw}
         named = {course_file.COURSE_KEY: courses.name_of(installed.package), course_file.STUDENT_KEY: student}
         files.write(folder / COURSE_FILE, course_file.text({**(course_file.about(folder) or now), **named}))

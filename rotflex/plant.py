@@ -6,19 +6,25 @@ matrices below, as from any textbook.
 
 Friction, besides the viscous one, is Coulomb friction of servo and of link, f_s and f_l: F⁺ when moving in the positive
 direction, −F⁻ in the negative one, and anything between when standing still, whatever it takes to stand still. The
-servo's may be larger before it slides than while it does (a breakaway), and vary with its angle (a rough gear). The
-motor gives torque in proportion to its current, i = (V − K_g k_m θ̇)/R_m within ±I_max, with V within ±V_max. The spring
-may have a cubic part, K_3 α³.
+servo's may fall with its rate (Stribeck's curve), vary with its angle (a rough gear), and grow with the torque of the
+spring, which presses on the gear:
+
+    F(θ, α, θ̇) = F± · waves(θ) · (1 + stribeck/(1 + (θ̇/v_s)²)) + load · |K_s α|
+
+While it stands, F(θ, α, 0) is the most that holds it. The motor gives torque in proportion to its current,
+i = (V − K_g k_m θ̇)/R_m within ±I_max, with V within ±V_max. The spring may have a cubic part, K_3 α³.
 
 How it is integrated. Between changes of friction and current limit the plant is linear (the cubic spring aside), and
 is propagated by its matrix exponential, exactly. Friction is held constant over a substep at a value for which the
-velocities *at its end* agree with the friction law (Moreau's time stepping). That is exact while both joints slide and
-while both stand still; a substep in which a motion begins or turns round, or the current limit sets in, is halved again
-and again, and while one joint stands and the other moves they are short. With friction, angles come out right to about
-1e-5 rad after seconds of stops and starts; an encoder's count is 1.5e-3 rad. A rough gear's friction is that of the
-middle of a substep. A torque from outside on the link acts as friction of servo and link together would.
-The cubic part of the spring is applied as half a kick before and half after each substep (Strang splitting), which
-keeps the energy bounded.
+velocities *at its end* agree with the friction law (Moreau's time stepping). With Coulomb friction alone that is exact
+while both joints slide and while both stand still; a substep in which a motion begins or turns round, or the current
+limit sets in, is halved again and again, and while one joint stands and the other moves they are short. Friction that
+varies is that of the middle of a substep: its error falls with the square of the substep. With friction, angles come
+out right to about 1e-5 rad after seconds of stops and starts; an encoder's count is 1.5e-3 rad. A torque from outside
+on the link acts as friction of servo and link together would. The cubic part of the spring is applied as half a kick
+before and half after each substep (Strang splitting), which keeps the energy bounded.
+
+Nothing here calls a sine or an exponential while it runs: C libraries differ in their last digits.
 """
 
 from __future__ import annotations
@@ -40,9 +46,11 @@ SUBSTEP = 2e-3  #: s; the longest substep
 CUBIC_SUBSTEP = 2.5e-4  #: s; the longest with a cubic spring, whose part is not exact
 ONE_STANDS_SUBSTEP = 5e-4  #: s; the longest while one joint stands and the other moves
 HALVINGS = 7  #: how often a substep is halved where a motion turns round
+STRIBECK_RATE = 1.5  #: rad/s; v_s, at which half of what the friction at standstill has more is gone
 # Friction of servo and link: each stands (0), or slides one way or the other.
 _CASES = tuple((servo, link) for servo in (0, 1, -1) for link in (0, 1, -1))
 _AFTER = {case: (case, *(other for other in _CASES if other != case)) for case in _CASES}  # in which they are tried
+_TURNS = 1 / (2 * math.pi)  # in a radian
 _MARGIN = 1 + 1e-9  # on the friction that holds a joint: rounding must not leave a border of two cases to neither
 
 
@@ -56,6 +64,9 @@ class State(NamedTuple):
 
 
 REST = State(0.0, 0.0, 0.0, 0.0)
+#: The servo's friction (N·m) while it slides, and at most while it stands, each in the positive and in the negative
+#: direction.
+_Levels = tuple[float, float, float, float]
 _new = tuple.__new__  # in half the time that State(...) takes
 
 
@@ -73,9 +84,10 @@ class PlantParameters:
     resistance : R_m, ohm
     servo_friction, link_friction : (F⁺, F⁻), Coulomb friction in the positive and in the negative direction, N·m
     K_3 : cubic stiffness, N·m/rad³
-    breakaway : how much larger the servo's friction may be while it stands than while it slides, as a factor from 1 on
+    stribeck : by how much the servo's friction is larger at standstill than at high rates, relative
+    load : by how much the servo's friction is larger for each N·m of the spring's torque
     gear : waves of the servo's friction over its angle, each (number in a turn, height relative to the friction, phase
-        in rad); the heights sum to less than 1
+        in turns); the heights sum to less than 1
     V_max, I_max : the amplifier's limits, V and A. With ``I_max=0`` the motor is disconnected.
 
     Raises
@@ -98,14 +110,15 @@ class PlantParameters:
     K_3: float = 0.0
     V_max: float = math.inf
     I_max: float = math.inf
-    breakaway: float = 1.0
+    stribeck: float = 0.0
+    load: float = 0.0
     gear: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("J_eq", "J_l", "K_s", "resistance"):
             if not 0 < getattr(self, name) < math.inf:
                 raise ConfigurationError(f"{name} must be positive and finite; it is {getattr(self, name)!r}.")
-        for name in ("B_eq", "B_l", "K_3", "torque_per_volt", "back_emf"):
+        for name in ("B_eq", "B_l", "K_3", "torque_per_volt", "back_emf", "stribeck", "load"):
             if not 0 <= getattr(self, name) < math.inf:
                 raise ConfigurationError(f"{name} must be finite and not negative; it is {getattr(self, name)!r}.")
         for name in ("V_max", "I_max"):
@@ -114,8 +127,6 @@ class PlantParameters:
         for name in ("servo_friction", "link_friction"):
             if len(getattr(self, name)) != 2 or not all(0 <= bound < math.inf for bound in getattr(self, name)):
                 raise ConfigurationError(f"{name} must be two torques, none negative; it is {getattr(self, name)!r}.")
-        if not 1 <= self.breakaway < math.inf:
-            raise ConfigurationError(f"breakaway must be a factor from 1 on; it is {self.breakaway!r}.")
         if not sum(abs(height) for _number, height, _phase in self.gear) < 1:
             raise ConfigurationError(f"The heights of the gear's waves must sum to less than 1; it is {self.gear!r}.")
 
@@ -136,11 +147,13 @@ class PlantParameters:
         )
 
     def roughness(self, theta: float) -> float:
-        """By what factor the gear's friction differs from its mean at a servo angle (rad)."""
-        waves = 0.0  # not by sum(), which rounds in other ways from Python 3.12 on
+        """Return by what factor the gear's friction differs from its mean at a servo angle (rad)."""
+        turns, factor = theta * _TURNS, 1.0  # not by sum(), which rounds in other ways from Python 3.12 on
         for number, height, phase in self.gear:
-            waves += height * math.sin(number * theta + phase)
-        return 1 + waves
+            x = number * turns + phase
+            x -= math.floor(x)
+            factor += height * 16 * (x * (0.5 - x) if x < 0.5 else (x - 0.5) * (x - 1))  # two parabolas for a sine
+        return factor
 
     def current(self, voltage: float, theta_dot: float) -> float:
         """Motor current (A) at a commanded voltage, within the amplifier's limits."""
@@ -197,9 +210,9 @@ class Plant:
         self._spans: dict[float, tuple[int, float]] = {}
         # Looked up in every substep.
         self._V_max, self._back_emf, self._K_3 = parameters.V_max, parameters.back_emf, parameters.K_3
-        self._gear, self._I_max = parameters.gear, parameters.I_max
-        self._brakes = parameters.servo_friction[0], -parameters.servo_friction[1]
-        self._breakaway = parameters.breakaway
+        self._I_max, self._levels = parameters.I_max, (*parameters.servo_friction, *parameters.servo_friction)
+        self._varies = bool(parameters.gear or parameters.stribeck or parameters.load)
+        self._stribeck, self._load = parameters.stribeck, parameters.load * parameters.K_s
 
     def advance(self, voltage: float, duration: float) -> State:
         """Hold a commanded voltage (V) for a duration (s) and return the state at its end.
@@ -260,19 +273,22 @@ class Plant:
 
         if self._rubs:
             p1, p2, q1, q2, r1, r2, s1, s2 = friction
-            rough = self.parameters.roughness(theta + theta_dot * h / 2) if self._gear else 1.0
+            levels = self._levels
+            if self._varies:
+                pressed = self._load * abs(alpha + new_alpha) / 2
+                levels = self._varied(theta + theta_dot * h / 2, pressed, theta_dot, new_theta_dot, r1)
             slide = False
             if theta_dot and alpha_dot:
                 # That both slide on as they did is tried first: nearly always it is so.
                 p, q, r, s, case = sliding[theta_dot > 0][alpha_dot > 0]
-                if self._gear:
-                    more = (rough - 1) * self._brakes[theta_dot <= 0]
+                if self._varies:
+                    more = levels[0] - self._levels[0] if theta_dot > 0 else self._levels[1] - levels[1]
                     p, q, r, s = p + p1 * more, q + q1 * more, r + r1 * more, s + s1 * more
                 slide = theta_dot * (new_theta_dot + r) > 0 and alpha_dot * (new_alpha_dot + s) > 0
             if not slide:
                 # A servo that stands may be held by more than brakes it when it slides: standing is tried first.
-                tried = _CASES[0] if theta_dot == 0 and self._breakaway > 1 else self._case
-                case, servo, link = self._friction(new_theta_dot, new_alpha_dot, (r1, r2, s1, s2), rough, tried)
+                tried = _CASES[0] if theta_dot == 0 and self._varies else self._case
+                case, servo, link = self._friction(new_theta_dot, new_alpha_dot, (r1, r2, s1, s2), levels, tried)
                 p, q, r, s = (
                     p1 * servo + p2 * link,
                     q1 * servo + q2 * link,
@@ -280,10 +296,12 @@ class Plant:
                     s1 * servo + s2 * link,
                 )
             self._case = case
-            new_theta += p
-            new_alpha += q
-            new_theta_dot += r
-            new_alpha_dot += s
+            new_theta, new_alpha, new_theta_dot, new_alpha_dot = (
+                new_theta + p,
+                new_alpha + q,
+                new_theta_dot + r,
+                new_alpha_dot + s,
+            )
             # What friction holds stands still exactly: neither rounding nor the other joint may leave it creeping.
             if case[0] == 0:
                 new_theta_dot = 0.0
@@ -307,6 +325,25 @@ class Plant:
             new_theta_dot, new_alpha_dot = self._kick(new_alpha, new_theta_dot, new_alpha_dot, h / 2)
         self.state = _new(State, (new_theta, new_alpha, new_theta_dot, new_alpha_dot))
 
+    def _varied(self, theta: float, pressed: float, begin: float, end: float, effect: float) -> _Levels:
+        """Return the servo's friction in the middle of a substep, where it varies.
+
+        Parameters
+        ----------
+        theta : rad, in the middle
+        pressed : the load's part, N·m
+        begin, end : rates at the beginning, and at the end without friction, rad/s
+        effect : by how much 1 N·m of friction changes the rate at the end
+        """
+        (plus, minus), more = self.parameters.servo_friction, self._stribeck
+        rough = self.parameters.roughness(theta)
+        rate = begin / STRIBECK_RATE
+        factor = rough * (1 + more / (1 + rate * rate))
+        braking = factor * plus + pressed if begin > 0 else -factor * minus - pressed
+        rate = (begin + end + effect * braking) / (2 * STRIBECK_RATE)
+        factor, most = rough * (1 + more / (1 + rate * rate)), rough * (1 + more)
+        return factor * plus + pressed, factor * minus + pressed, most * plus + pressed, most * minus + pressed
+
     def _kick(self, alpha: float, theta_dot: float, alpha_dot: float, h: float) -> tuple[float, float]:
         """Velocities after the cubic spring alone has acted for ``h``."""
         impulse = self.parameters.K_3 * alpha**3 * h
@@ -314,19 +351,22 @@ class Plant:
         return theta_dot + servo, alpha_dot - impulse / self.parameters.J_l - servo
 
     def _friction(
-        self, theta_dot: float, alpha_dot: float, effect: tuple[float, ...], rough: float, tried: tuple[int, int]
+        self,
+        theta_dot: float,
+        alpha_dot: float,
+        effect: tuple[float, ...],
+        levels: _Levels,
+        tried: tuple[int, int],
     ) -> tuple[tuple[int, int], float, float]:
         """Friction torques for which the velocities at the end of the substep obey the friction law, and their case.
 
         ``theta_dot`` and ``alpha_dot`` are the velocities there without friction, ``effect`` the (2, 2) matrix by which
-        friction changes them, ``rough`` the factor of the gear on the servo's. Each joint stands, or slides one way or
-        the other: one of nine cases is consistent, often the last, and with a breakaway at times two, of which the one
-        that is ``tried`` first counts.
+        friction changes them. Each joint stands, or slides one way or the other: one of nine cases is consistent, often
+        the last, and where standing is held by more at times two, of which the one that is ``tried`` first counts.
         """
         r1, r2, s1, s2 = effect
-        servo_plus, servo_minus = self.parameters.servo_friction
-        servo_plus, servo_minus = rough * servo_plus, rough * servo_minus
-        most_plus, most_minus = self._breakaway * servo_plus * _MARGIN, self._breakaway * servo_minus * _MARGIN
+        servo_plus, servo_minus, most_plus, most_minus = levels
+        most_plus, most_minus = most_plus * _MARGIN, most_minus * _MARGIN
         link_plus, link_minus = self.parameters.link_friction
         for case in _AFTER[tried]:
             servo_case, link_case = case

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labcourse.benches import PRESET, BenchPolicy
+from labcourse.benches import PRESET, THEIR_OWN, BenchPolicy
 from rotflex import experiments, hil
 from rotflex.config import Joint, Servo, srv02
 from rotflex.controller import Controller
@@ -22,8 +22,6 @@ from rotflex.recording import Recording
 from rotflex.signals import smooth_square_wave, time_axis
 from rotflex.simulation import closed_loop
 from rotflex.specifications import AMPLITUDE, DURATION, FREQUENCY, LIMITS, RATE, SAMPLE_TIME
-
-THEIR_OWN_NOW = BenchPolicy(draw=DRAW)  #: everybody's own, as they are drawn now
 
 
 class TrueBench:
@@ -41,8 +39,8 @@ class TrueBench:
         should a preset's own be another
     """
 
-    def __init__(self, student: str, policy: BenchPolicy = THEIR_OWN_NOW) -> None:
-        self._seed, self._draw = policy.seed_for(student, student_seed), policy.draw
+    def __init__(self, student: str, policy: BenchPolicy = THEIR_OWN) -> None:
+        self._seed, self._draw = policy.seed_for(student, student_seed), policy.draw or DRAW
         self._preset = policy.preset if policy.which == PRESET else None
         spec = student_bench(self._seed, draw=self._draw) if self._preset is None else preset(self._preset)
         self.servo: Servo = srv02()

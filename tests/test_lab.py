@@ -97,19 +97,19 @@ def test_the_bench_is_the_one_that_the_course_file_gives(folder):
         return lab, lab.bench().identity
 
     same = {"which": "same", "seed": 7}
-    assert bench_of("ada", draw=1, bench={"which": "own"})[1]["seed"] == student_seed("ada")
+    assert bench_of("ada", bench={"which": "own"})[1]["seed"] == student_seed("ada")
     ada, of_ada = bench_of("ada", bench=same)
     grace, of_grace = bench_of("grace", bench=same)
     assert of_ada == of_grace and of_ada["seed"] == ada.seed == grace.seed == 7
-    assert ada.joint.arm_position == student_bench(7, draw=1).joint.arm_position
+    assert ada.joint.arm_position == student_bench(7).joint.arm_position
     named, of_preset = bench_of("ada", bench={"which": "preset", "preset": "workbook"})
     assert of_preset["preset"] == "workbook" and "seed" not in of_preset
     assert named.bench("virtual:?seed=3").identity["seed"] == 3
     with named.bench() as bench:
         assert bench.board.plant.parameters.K_s == 1.4
-    assert bench_of("ada", draw=2)[1]["draw"] == 2
-    with pytest.raises(errors.ConfigurationError, match="draw 4"):
-        bench_of("ada", draw=4)
+    assert of_ada["draw"] == bench_of("ada", draw=DRAW)[1]["draw"] == DRAW
+    with pytest.raises(errors.ConfigurationError, match="draw 3"):
+        bench_of("ada", draw=3)
 
 
 def test_a_value_that_is_not_there_yet_names_the_notebook_that_asks_for_it(capsys):

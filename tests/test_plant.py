@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError
-from rotflex.plant import REST, Plant, PlantParameters, State
+from rotflex.plant import REST, STRIBECK_RATE, Plant, PlantParameters, State
 
 SAMPLE_TIME = 0.002
 TIGHT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13}
@@ -24,7 +24,7 @@ SMOOTH = PlantParameters(
     J_eq=2.08e-3, J_l=3.28e-3, K_s=1.4, B_eq=0.004, B_l=0.001, torque_per_volt=0.12845, back_emf=0.53743, resistance=2.6
 )
 ROUGH = replace(SMOOTH, B_eq=0.0095, B_l=0.0021, servo_friction=(0.0076, 0.014), link_friction=(0.0028, 0.0036))
-STICKY = replace(ROUGH, breakaway=1.4, gear=((5, 0.2, 1.0), (70, 0.1, 2.0)))
+STICKY = replace(ROUGH, stribeck=0.4, load=0.13, gear=((5, 0.2, 0.15), (70, 0.1, 0.3)))
 LOSSLESS = replace(SMOOTH, B_eq=0.0, B_l=0.0, I_max=0.0)
 
 
@@ -67,6 +67,12 @@ def energy_of(p: PlantParameters, states: Sequence[float]) -> np.ndarray:
     return kinetic + p.K_s * alpha**2 / 2 + p.K_3 * alpha**4 / 4
 
 
+def waves_of(p: PlantParameters, theta: float) -> float:
+    """The factor of a rough gear: each half wave is a parabola."""
+    turned = [((number * theta / (2 * math.pi) + phase) % 1, height) for number, height, phase in p.gear]
+    return 1 + sum(height * math.copysign(1 - (4 * (part % 0.5) - 1) ** 2, 0.5 - part) for part, height in turned)
+
+
 class StickSlip:
     """The plant with Coulomb friction as a machine of nine modes: each joint stands (0) or slides (+1, -1).
 
@@ -77,20 +83,18 @@ class StickSlip:
     def __init__(self, p: PlantParameters) -> None:
         self.p = p
 
-    def bounds(self, x: np.ndarray, standing: bool = True) -> list[tuple[float, float]]:
-        """Friction of servo and link at an angle, one way and the other, for joints that stand or slide."""
-        waves = sum(height * math.sin(number * x[0] + phase) for number, height, phase in self.p.gear)
-        factor = (1 + waves) * (self.p.breakaway if standing else 1.0)
-        plus, minus = self.p.servo_friction
-        return [(factor * plus, factor * minus), self.p.link_friction]
+    def bounds(self, x: np.ndarray) -> list[tuple[float, float]]:
+        """Friction of servo and link in a state, one way and the other; what a joint that stands is held by at most."""
+        factor = waves_of(self.p, x[0]) * (1 + self.p.stribeck / (1 + (x[2] / STRIBECK_RATE) ** 2))
+        pressed = self.p.load * abs(self.p.K_s * x[1])
+        return [tuple(factor * bound + pressed for bound in self.p.servo_friction), self.p.link_friction]
 
     def accelerations(self, x: np.ndarray, voltage: float, mode: tuple[int, int]) -> tuple[float, float, float, float]:
         """theta_ddot, alpha_ddot, and the friction torques of servo and link, in a mode."""
         p = self.p
         _, alpha, theta_dot, alpha_dot = x
         motor = p.torque_per_volt * (voltage - p.back_emf * theta_dot) - p.B_eq * theta_dot
-        sliding = self.bounds(x, standing=False)
-        servo, link = (plus if way > 0 else -minus for way, (plus, minus) in zip(mode, sliding, strict=True))
+        servo, link = (plus if way > 0 else -minus for way, (plus, minus) in zip(mode, self.bounds(x), strict=True))
         arm = p.K_s * alpha + p.B_l * alpha_dot + link  # torque between servo and arm while the link slides
         if mode[0] and mode[1]:
             theta_ddot = (motor - servo + arm) / p.J_eq
@@ -223,7 +227,7 @@ def test_friction_is_that_of_an_event_based_integration(seed, amplitude, alpha, 
 @pytest.mark.parametrize("parameters", [ROUGH, STICKY], ids=["smooth gear", "rough gear"])
 @pytest.mark.parametrize("way", [1, -1])
 def test_break_away_needs_the_friction_of_that_direction(way, parameters):
-    at_rest = parameters.breakaway * (1 + sum(height * math.sin(phase) for _n, height, phase in parameters.gear))
+    at_rest = (1 + parameters.stribeck) * waves_of(parameters, 0.0)
     bound = at_rest * parameters.servo_friction[0 if way > 0 else 1] / parameters.torque_per_volt
     holding, moving = Plant(parameters), Plant(parameters)
     for _ in range(500):
@@ -332,7 +336,7 @@ def test_nominal_parts_give_the_nominal_plant():
 def test_impossible_parameters_are_named():
     impossible = [("J_eq", 0.0), ("J_l", -1e-3), ("K_s", math.nan), ("resistance", math.inf), ("B_eq", -0.001)]
     impossible += [("B_l", math.inf), ("K_3", -1.0), ("back_emf", math.nan), ("torque_per_volt", -0.1), ("I_max", -1.0)]
-    impossible += [("V_max", math.nan), ("servo_friction", (0.01, -0.01)), ("breakaway", 0.9), ("breakaway", math.nan)]
+    impossible += [("V_max", math.nan), ("servo_friction", (0.01, -0.01)), ("stribeck", -0.1), ("load", math.nan)]
     impossible += [("gear", ((5, 0.6, 0.0), (70, 0.5, 0.0))), ("gear", ((5, math.nan, 0.0),))]
     for name, value in [*impossible, ("link_friction", (0.01, math.inf)), ("link_friction", (0.01,))]:
         with pytest.raises(ConfigurationError, match=name):

@@ -396,7 +396,7 @@ def refuse(file: Path, faults: Iterable[str]) -> None:
 def read(
     folder: Path,
     presets: Collection[str] = (),
-    draw: int = THEIR_OWN.draw,
+    draw: int | None = None,
     benches: Mapping[str, str] | None = None,
     catalogue: Catalogue | None = None,
 ) -> CourseSettings:

@@ -88,7 +88,7 @@ class Lab(Session):
     def __init__(self, student: str, uri: str, folder: Path, quiet: bool = False) -> None:
         self.address = uri
         self.recordings = RecordingsFolder(folder)
-        self.policy = bench_policy(folder, DRAW)
+        self.policy = bench_policy(folder)
         self.seed = self.policy.seed_for(student, student_seed)
         bench = self.bench()
         self.servo, self.joint = bench.servo, bench.joint
@@ -131,7 +131,7 @@ class Lab(Session):
         if chosen == ADDRESS or (chosen == VIRTUAL and self.policy.which == REAL):
             return self.recordings.bench(run)
         preset = self.policy.preset if self.policy.which == PRESET else None
-        bench = hil.open(chosen, seed=self.seed, preset=preset, draw=self.policy.draw, run=run)
+        bench = hil.open(chosen, seed=self.seed, preset=preset, draw=self.policy.draw or DRAW, run=run)
         if self.policy.which == REAL and not counts:
             print("Note      No bench of the laboratory's: what is recorded here is not kept, and does not count.")
         elif counts and self.policy.benches and (name := bench.identity.get("name", "")) not in self.policy.benches:
@@ -167,7 +167,7 @@ class Lab(Session):
         """Return a value that is given to the class. The stiffness of a student's own bench is known only here."""
         if self.policy.which != OWN or question != "2.12":
             return super().given_value(question, part)
-        drawn = student_bench(self.seed, draw=self.policy.draw)
+        drawn = student_bench(self.seed, draw=self.policy.draw or DRAW)
         return {"J_l": self.joint.J_l, "K_s": drawn.parameters.K_s}[part]
 
     def checks(self) -> Iterable[Comparison]:

@@ -35,7 +35,7 @@ from rotflex.hil import bench_file, drivers
 from rotflex.hil.bench import Bench, Connection, Limits, Push, Safety
 from rotflex.hil.real import Setup
 from rotflex.hil.replay import RecordedPlant
-from rotflex.hil.student_benches import DRAW, DRAWS, FIRST_RUN, VirtualPlantSpec, student_bench
+from rotflex.hil.student_benches import DRAW, FIRST_RUN, VirtualPlantSpec, student_bench
 from rotflex.hil.student_benches import preset as named_bench
 from rotflex.hil.virtual import OwnPlant, SimulatedClock, VirtualBoard, WallClock
 from rotflex.plant import Moving, PlantParameters
@@ -193,8 +193,8 @@ def _replay(uri: str, path: str, query: str) -> Bench:
     if encoder not in ("E", "EHR") or position not in (1, 2, 3):
         raise BenchError(f"{path} says of its bench what cannot be: encoder {encoder!r}, arm position {position!r}.")
     arm, seed, draw = joint(position), about.get("seed"), about.get("draw")
-    if isinstance(seed, int) and seed >= 0 and isinstance(draw, int) and draw in DRAWS:
-        arm = student_bench(seed, position, draw).joint
+    if isinstance(seed, int) and seed >= 0 and draw == DRAW:
+        arm = student_bench(seed, position).joint
     name = Path(path).name
     plant, identity = RecordedPlant(recording, name), {"uri": uri, "recording": name, "clock": clock}
     return recorded_bench(plant, srv02(encoder=encoder), arm, identity)

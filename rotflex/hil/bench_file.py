@@ -295,7 +295,7 @@ def save(path: str | Path, bench: BenchFile) -> None:
 
 # --- a fitted plant ---------------------------------------------------------------------------------------------------
 
-_OF_DRAWN_BENCHES = {"breakaway", "gear"}  # which no fit finds
+_OF_DRAWN_BENCHES = {"stribeck", "load", "gear"}  # which no fit finds
 _NAMES = tuple(entry.name for entry in dataclasses.fields(PlantParameters) if entry.name not in _OF_DRAWN_BENCHES)
 _PARTS = ("encoder", "amplifier", "cable_gain", "tachometer")
 

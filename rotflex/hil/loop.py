@@ -27,6 +27,7 @@ from rotflex.progress import progress as with_progress
 from rotflex.recording import Recording
 from rotflex.units import Array, Vector
 
+_DIGITS = 9  # of a command, rad or V: in later ones the sines of two C libraries differ, and two recordings would
 #: By what a bench's identity has.
 _SOURCES = {"seed": "virtual bench", "preset": "virtual bench", "plant": "virtual bench", "recording": "replay"}
 
@@ -68,6 +69,7 @@ def run(
     targets = np.asarray(reference, dtype=float)
     if targets.ndim != 1 or targets.size < 2 or not np.isfinite(targets).all():
         raise BenchError("The reference must be a one-dimensional array of at least two finite numbers.")
+    targets = np.round(targets, _DIGITS)
     bench.safety.require_place(bench.place)
     is_open = type(controller) is OpenLoop  # a class made of it may look at the angles
     if not is_open:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,11 +20,14 @@ from rotflex.hil.virtual import AT_ONCE, Timing
 from rotflex.plant import PlantParameters
 from rotflex.specifications import SAMPLE_TIME
 
-#: The version of the draw that new releases have. Work begun under an older one is marked on the benches of that one:
-#: a version is never changed, and never taken away.
-DRAW = 3
+#: The version of the draw. Work begun under an earlier one needs the version of rotflex that it was begun with.
+DRAW = 4
 FIRST_RUN = 1  #: the run of whoever names none
-RUN_FRICTION = 0.2  #: by how much, relative, another run's friction may differ, where no factor is drawn
+#: N·m; between these is the largest friction of the servo in a run of a drawn bench, in its stronger direction
+LEAST_FRICTION, MOST_FRICTION = 0.016, 0.028
+ASYMMETRY = 2.0  #: at most so many times the friction in the other direction
+LINK_FRICTION = 1e-4  #: N·m; the largest of the link
+RUN_FRICTION = 0.2  #: by how much, relative, another run's friction may differ on a bench that is not drawn
 #: of R_m, k_t, eta_g and eta_m, relative, as the data sheet has them
 MOTOR_TOLERANCES = np.array([0.12, 0.12, 0.10, 0.05])
 
@@ -38,13 +41,13 @@ class VirtualPlantSpec:
     joint : the arms, which the student is told
     parameters : the true plant
     timing : the board's
-    run_factor : the largest factor by which another run's friction is more or less; within 20 % unless given
+    is_drawn : whether another run has friction drawn as that of run 1; else it has that of run 1 within 20 %
     """
 
     joint: Joint
     parameters: PlantParameters
     timing: Timing = AT_ONCE
-    run_factor: float | None = None
+    is_drawn: bool = False
 
     def run(self, number: int) -> VirtualPlantSpec:
         """Return the bench on another run: its friction is not what it was.
@@ -62,20 +65,26 @@ class VirtualPlantSpec:
             raise ConfigurationError(f"A run is a whole number from {FIRST_RUN} on; it is {number!r}.")
         if number == FIRST_RUN:
             return self
-        draw = np.random.default_rng([self.timing.seed, number])
-        if self.run_factor is None:
-            servo, link = 1 + draw.uniform(-RUN_FRICTION, RUN_FRICTION, 2)
+        draw, plant = np.random.default_rng([self.timing.seed, number]), self.parameters
+        if self.is_drawn:
+            changed = with_drawn_friction(plant, draw)
         else:
-            servo, link = self.run_factor ** draw.uniform(-1, 1, 2)
-        changed = with_friction(self.parameters, float(servo), float(link))
+            servo, link = 1 + draw.uniform(-RUN_FRICTION, RUN_FRICTION, (2, 2))
+            changed = with_friction(plant, servo * plant.servo_friction, link * plant.link_friction)
         return replace(self, parameters=changed, timing=replace(self.timing, seed=int(draw.integers(2**32))))
 
 
-def with_friction(plant: PlantParameters, servo: float, link: float) -> PlantParameters:
-    """Return a plant with the friction of servo and link, of both directions, times a factor each."""
-    (plus, minus), (link_plus, link_minus) = plant.servo_friction, plant.link_friction
-    link_friction = link_plus * link, link_minus * link
-    return replace(plant, servo_friction=(plus * servo, minus * servo), link_friction=link_friction)
+def with_friction(plant: PlantParameters, servo: Iterable[float], link: Iterable[float]) -> PlantParameters:
+    """Return a plant with other friction of servo and link, each in the positive and in the negative direction, N·m."""
+    servo_friction, link_friction = ((float(plus), float(minus)) for plus, minus in (servo, link))
+    return replace(plant, servo_friction=servo_friction, link_friction=link_friction)
+
+
+def with_drawn_friction(plant: PlantParameters, draw: np.random.Generator) -> PlantParameters:
+    """Return a plant with the friction of another run; what is drawn is its largest, with gear and Stribeck's curve."""
+    largest = draw.uniform(LEAST_FRICTION, MOST_FRICTION) * draw.permutation([1.0, draw.uniform(1 / ASYMMETRY, 1)])
+    peak = (1 + plant.stribeck) * (1 + sum(height for _number, height, _phase in plant.gear))
+    return with_friction(plant, largest / peak, [draw.uniform(0, LINK_FRICTION)] * 2)
 
 
 def student_seed(student: str) -> int:
@@ -88,67 +97,6 @@ def student_seed(student: str) -> int:
 def student_bench(seed: int, arm_position: int | None = None, draw: int = DRAW) -> VirtualPlantSpec:
     """Draw the bench of a seed. The same seed and version of the draw give the same bench, always.
 
-    Parameters
-    ----------
-    seed : any non-negative integer
-    arm_position : the anchor to use in place of the drawn one; nothing else changes with it
-    draw : version of the draw
-
-    Raises
-    ------
-    ConfigurationError
-        If there is no such anchor, or no such version.
-    """
-    if draw not in DRAWS:
-        raise ConfigurationError(
-            f"Benches of the draw {draw!r} are not known to this version of rotflex, which knows "
-            f"{', '.join(map(str, DRAWS))}. Install the version that the bench was drawn by."
-        )
-    return DRAWS[draw](seed, arm_position)
-
-
-def _first_draw(seed: int, arm_position: int | None) -> VirtualPlantSpec:
-    """Draw number 1.
-
-    Everything not in this table is nominal, as :mod:`rotflex.config` has it.
-
-    ==============  ========================================================================
-    arm position    1, 2 or 3
-    K_s             1.15 to 1.65 N·m/rad
-    J_eq            0.97 to 1.03 of nominal
-    B_eq            0.004 to 0.012 N·m/(rad/s)
-    B_l             0.0005 to 0.0025 N·m/(rad/s)
-    servo friction  0.006 to 0.013 N·m, up to 30 % more one way and as much less the other
-    link friction   0.0008 to 0.0032 N·m, up to 20 % more one way and as much less the other
-    ==============  ========================================================================
-    """
-    draw = np.random.default_rng(seed)
-    drawn_position = int(draw.integers(1, 4))
-    K_s = draw.uniform(1.15, 1.65)
-    B_eq = draw.uniform(0.004, 0.012)
-    inertia_factor = draw.uniform(0.97, 1.03)
-    B_l = draw.uniform(0.0005, 0.0025)
-    servo_friction = draw.uniform(0.006, 0.013) * (1 + draw.uniform(-0.3, 0.3) * np.array([1, -1]))
-    link_friction = draw.uniform(0.0008, 0.0032) * (1 + draw.uniform(-0.2, 0.2) * np.array([1, -1]))
-
-    arm = joint(drawn_position if arm_position is None else arm_position)
-    nominal = PlantParameters.of(srv02(), arm, float(K_s))
-    return VirtualPlantSpec(
-        joint=arm,
-        parameters=replace(
-            nominal,
-            J_eq=nominal.J_eq * float(inertia_factor),
-            B_eq=float(B_eq),
-            B_l=float(B_l),
-            servo_friction=(float(servo_friction[0]), float(servo_friction[1])),
-            link_friction=(float(link_friction[0]), float(link_friction[1])),
-        ),
-    )
-
-
-def _second_draw(seed: int, arm_position: int | None) -> VirtualPlantSpec:
-    """Draw number 2.
-
     The student is told the arms. Of the motor they are told what the data sheet says, and of the friction nothing.
 
     ===================  =========================================================================================
@@ -160,41 +108,37 @@ def _second_draw(seed: int, arm_position: int | None) -> VirtualPlantSpec:
     J_eq                 0.97 to 1.03 of nominal
     B_eq                 0.004 to 0.012 N·m/(rad/s)
     B_l                  0.001 to 0.0025 N·m/(rad/s)
-    servo friction       0.006 to 0.013 N·m, up to 30 % more one way and as much less the other
-    link friction        0 to 0.0001 N·m either way: the joint of a real bench rings on for seconds
-    output               0.5 to 1.5 ms after the sample, by 0.25 ms sooner or later; one in 1000 a sample later
-    ===================  =========================================================================================
-    """
-    return _with_own_motor(np.random.default_rng([seed, 2]), arm_position, (0.5e-3, 1.5e-3))
-
-
-def _third_draw(seed: int, arm_position: int | None) -> VirtualPlantSpec:
-    """Draw number 3: as the second, but for friction and delay, which are as logs of a real bench show them.
-
-    ===================  =========================================================================================
-    breakaway            the servo's friction is 1.0 to 1.4 times as large before it slides
-    rough gear           the servo's friction varies by 30 % over its angle: in five waves a turn, as the pinion goes
+    servo friction       at most 0.016 to 0.028 N·m in one direction, and 0.5 to 1 times that in the other: at
+                         standstill, where the gear is roughest. Another run has another
+    Stribeck's curve     at standstill friction is 1.0 to 1.4 times as large as at high rates
+    rough gear           friction varies by 3 to 12 % over the servo's angle: in five waves a turn, as the pinion goes
                          round, and in 70, as the motor does; how much in which, and from where, is drawn
+    load                 0.10 to 0.16 of the spring's torque comes on top
+    link friction        0 to 0.0001 N·m either way: the joint of a real bench rings on for seconds
     output               1 to 3.5 ms after the sample, by 0.25 ms sooner or later; one in 1000 a sample later
-    another run          has its friction multiplied by 1/1.5 to 1.5, on a logarithmic scale
     ===================  =========================================================================================
+
+    Parameters
+    ----------
+    seed : any non-negative integer
+    arm_position : the anchor to use in place of the drawn one; nothing else changes with it
+    draw : version of the draw
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no such anchor, or no such version.
     """
-    draw = np.random.default_rng([seed, 3])
-    bench = _with_own_motor(draw, arm_position, (1e-3, 3.5e-3))
-    breakaway = 1 + 0.4 * float(draw.uniform())
-    share, pinion, motor = draw.uniform(size=3).tolist()
-    gear = ((5, 0.3 * share, 2 * np.pi * pinion), (70, 0.3 * (1 - share), 2 * np.pi * motor))
-    return replace(bench, parameters=replace(bench.parameters, breakaway=breakaway, gear=gear), run_factor=1.5)
-
-
-def _with_own_motor(
-    draw: np.random.Generator, arm_position: int | None, delays: tuple[float, float]
-) -> VirtualPlantSpec:
-    """Draw what the second draw and the third have in common; ``delays`` (s) are the shortest and the longest."""
-    drawn_position = int(draw.integers(1, 4))
+    if draw != DRAW:
+        raise ConfigurationError(
+            f"Benches of the draw {draw!r} are not known to this version of rotflex, which knows {DRAW}. Install the "
+            "version that the bench was drawn by."
+        )
+    draws = np.random.default_rng([seed, draw])
+    drawn_position = int(draws.integers(1, 4))
     nominal = joint(drawn_position)
-    m_1, m_2 = 1 + draw.uniform(-0.08, 0.08, 2)
-    L_1, L_2 = 1 + draw.uniform(-0.03, 0.03, 2)
+    m_1, m_2 = 1 + draws.uniform(-0.08, 0.08, 2)
+    L_1, L_2 = 1 + draws.uniform(-0.03, 0.03, 2)
     arm = replace(
         nominal,
         m_1=_rounded(nominal.m_1 * m_1, 1e-4),
@@ -202,15 +146,8 @@ def _with_own_motor(
         L_1=_rounded(nominal.L_1 * L_1, 5e-4),
         L_2=_rounded(nominal.L_2 * L_2, 5e-4),
     )
-    omega_n = 18.0 * (27.5 / 18.0) ** draw.uniform()
-    R_m, k_t, eta_g, eta_m = 1 + draw.triangular(-1, 0, 1, 4) * MOTOR_TOLERANCES
-    J_eq = draw.uniform(0.97, 1.03)
-    B_eq = draw.uniform(0.004, 0.012)
-    B_l = draw.uniform(0.001, 0.0025)
-    servo_friction = draw.uniform(0.006, 0.013) * (1 + draw.uniform(-0.3, 0.3) * np.array([1, -1]))
-    link_friction = float(draw.uniform(0, 0.0001))
-    delay = draw.uniform(*delays)
-
+    omega_n = 18.0 * (27.5 / 18.0) ** draws.uniform()
+    R_m, k_t, eta_g, eta_m = 1 + draws.triangular(-1, 0, 1, 4) * MOTOR_TOLERANCES
     sheet = srv02()
     servo = replace(
         sheet,
@@ -219,24 +156,28 @@ def _with_own_motor(
         k_m=sheet.k_m * float(k_t),
         eta_g=sheet.eta_g * float(eta_g),
         eta_m=sheet.eta_m * float(eta_m),
-        J_eq=sheet.J_eq * float(J_eq),
-        B_eq=float(B_eq),
+        J_eq=sheet.J_eq * float(draws.uniform(0.97, 1.03)),
+        B_eq=float(draws.uniform(0.004, 0.012)),
     )
     K_s = arm.J_l * float(omega_n) ** 2
     if arm_position is not None:
         arm = replace(arm, arm_position=arm_position, d_12=joint(arm_position).d_12)
-    parameters = PlantParameters.of(servo, arm, K_s)
+    height, share, pinion, motor, stribeck, load = draws.uniform(
+        (0.03, 0, 0, 0, 0, 0.1), (0.12, 1, 1, 1, 0.4, 0.16)
+    ).tolist()
+    parameters = replace(
+        PlantParameters.of(servo, arm, K_s),
+        B_l=float(draws.uniform(0.001, 0.0025)),
+        stribeck=stribeck,
+        load=load,
+        gear=((5, height * share, pinion), (70, height * (1 - share), motor)),
+    )
+    delay = float(draws.uniform(1e-3, 3.5e-3))
     return VirtualPlantSpec(
         joint=arm,
-        parameters=replace(
-            parameters,
-            B_l=float(B_l),
-            servo_friction=(float(servo_friction[0]), float(servo_friction[1])),
-            link_friction=(link_friction, link_friction),
-        ),
-        timing=Timing(
-            delay=float(delay), jitter=0.25e-3, late=1e-3, late_by=SAMPLE_TIME, seed=int(draw.integers(2**32))
-        ),
+        parameters=with_drawn_friction(parameters, draws),
+        timing=Timing(delay=delay, jitter=0.25e-3, late=1e-3, late_by=SAMPLE_TIME, seed=int(draws.integers(2**32))),
+        is_drawn=True,
     )
 
 
@@ -244,9 +185,6 @@ def _rounded(value: float, step: float) -> float:
     """Round a measure as the student is given it: to a tenth of a gram, or half a millimetre. The arm has it."""
     return round(round(value / step) * step, 6)
 
-
-#: The versions of the draw, by number.
-DRAWS: dict[int, Callable[[int, int | None], VirtualPlantSpec]] = {1: _first_draw, 2: _second_draw, 3: _third_draw}
 
 #: Parameters fitted to a log of a real bench, rests and all, without a Coulomb friction of the link: with one, the link
 #: stops dead within a second of a turn, where the log's rings on. Of these, such logs tell ω_n = sqrt(K_s/J_l) alone

@@ -13,7 +13,7 @@ from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.greybox import FREE, fit
 from rotflex.greybox.problem import Record
-from rotflex.hil.student_benches import student_bench
+from rotflex.hil.student_benches import VirtualPlantSpec, student_bench
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 from rotflex.units import DEG
@@ -21,19 +21,32 @@ from rotflex.units import DEG
 pytestmark = pytest.mark.slow
 
 COUNT = 360 / 4096 * DEG
-SECOND = 2  #: draws whose friction a fit models end with this one; later gears are rough
+#: A bench with the motor of the data sheet and prompt outputs.
+NOMINAL = VirtualPlantSpec(
+    joint(2),
+    replace(
+        PlantParameters.of(srv02(), joint(2), 1.42),
+        J_eq=2.05e-3,
+        B_eq=0.008,
+        B_l=0.0015,
+        servo_friction=(0.0094, 0.0075),
+        link_friction=(0.0018, 0.0021),
+    ),
+)
+DRAWN = student_bench(4)
+#: With Coulomb friction alone, as a fit models it.
+SMOOTH = replace(DRAWN, parameters=replace(DRAWN.parameters, stribeck=0.0, load=0.0, gear=()))
 GAIN = [13.04, -17.26, 1.32, -0.046]
 KNOWN_MOTOR = ("K_s", "J_eq", "B_eq", "B_l", "servo_friction", "link_friction")
 
 
-def tracked(seed, duration, draw=1):
-    with hil.open("virtual", seed=seed, draw=draw) as bench:
+def tracked(spec, duration):
+    with hil.open("virtual", plant=spec) as bench:
         return experiments.tracking(bench, GAIN, amplitude=30 * DEG, frequency=0.5, duration=duration, progress=False)
 
 
-def truth(seed, draw=1):
+def truth(bench):
     """True values by the names that a fit gives them."""
-    bench = student_bench(seed, draw=draw)
     true = bench.parameters
     plus, minus = true.servo_friction
     values = {name: getattr(true, name) for name in ("K_s", "J_eq", "B_eq", "B_l", "torque_per_volt")}
@@ -43,39 +56,39 @@ def truth(seed, draw=1):
 
 
 WITHIN = {
-    1: {"K_s": 0.002, "J_eq": 0.005, "B_eq": 0.02, "B_l": 0.15, "link_friction": 0.15}
+    NOMINAL: {"K_s": 0.002, "J_eq": 0.005, "B_eq": 0.02, "B_l": 0.15, "link_friction": 0.15}
     | {"servo_friction_plus": 0.03, "servo_friction_minus": 0.03},
-    SECOND: {"K_s": 0.002, "J_eq": 0.005, "torque_per_volt": 0.01, "braking": 0.005, "B_l": 0.15},
+    SMOOTH: {"K_s": 0.002, "J_eq": 0.005, "torque_per_volt": 0.01, "braking": 0.005, "B_l": 0.15},
 }
 
 
-@pytest.fixture(scope="module", params=[(5, 1), (4, SECOND)])
+@pytest.fixture(scope="module", params=WITHIN)
 def fitted(request):
-    """A fit that knows the motor, of the first draw, and one of all, with the version of the draw and what is true."""
-    seed, draw = request.param
-    free = KNOWN_MOTOR if draw == 1 else FREE
-    result = fit(tracked(seed, 4.0, draw), srv02(), student_bench(seed, draw=draw).joint, free, progress=False)
-    return draw, {name: value for name, value in truth(seed, draw).items() if name in result.estimates}, result
+    """A fit that knows the motor, and one of all, with the bench and what is true of it."""
+    spec = request.param
+    free = KNOWN_MOTOR if spec == NOMINAL else FREE
+    result = fit(tracked(spec, 4.0), srv02(), spec.joint, free, progress=False)
+    return spec, {name: value for name, value in truth(spec).items() if name in result.estimates}, result
 
 
 def test_a_virtual_bench_is_recovered_with_narrow_intervals_and_less_than_a_count_is_left(fitted):
-    draw, true_values, result = fitted
-    for name, tolerance in WITHIN[draw].items():
+    spec, true_values, result = fitted
+    for name, tolerance in WITHIN[spec].items():
         assert result.estimates[name].value == pytest.approx(true_values[name], rel=tolerance), name
-    if draw == SECOND:
+    if spec == SMOOTH:
         assert result.estimates["delay"].value == pytest.approx(true_values["delay"], abs=2e-4)
         assert result.estimates["link_friction"].value < 4e-4  # it is next to nothing
 
-    assert draw == 1 or {"torque_per_volt", "braking", "delay"} < set(true_values)
+    assert spec == NOMINAL or {"torque_per_volt", "braking", "delay"} < set(true_values)
     for name, true in true_values.items():
         low, high = result.intervals[name]
         assert low <= true <= high, name
-        if draw == 1:
+        if spec == NOMINAL:
             assert high - low < (0.5 if name in ("B_l", "link_friction") else 0.1) * true, name
         elif name in ("K_s", "J_eq", "torque_per_volt", "braking"):
             assert high - low < 0.05 * true, name
 
-    assert max(result.residual_rms.values()) < (COUNT / 2 if draw == 1 else COUNT)
+    assert max(result.residual_rms.values()) < (COUNT / 2 if spec == NOMINAL else COUNT)
     alpha = result.recording["alpha"] - result.recording["alpha_model"]
     assert result.residual_rms["alpha"] == pytest.approx(np.sqrt(np.mean(alpha**2)))
 
@@ -83,19 +96,18 @@ def test_a_virtual_bench_is_recovered_with_narrow_intervals_and_less_than_a_coun
 @pytest.mark.parametrize("seed", [4, pytest.param(7, marks=pytest.mark.scheduled)])
 def test_a_bench_that_sticks_on_a_rough_gear_still_gives_its_natural_frequency(seed):
     true = student_bench(seed)
-    assert true.parameters.breakaway > 1 and true.parameters.gear
-    result = fit(tracked(seed, 4.0, 3), srv02(), true.joint, progress=False)
+    assert true.parameters.stribeck and true.parameters.load and true.parameters.gear
+    result = fit(tracked(true, 4.0), srv02(), true.joint, progress=False)
     omega_n = np.sqrt(result.parameters.K_s / result.parameters.J_l)
     assert omega_n == pytest.approx(np.sqrt(true.parameters.K_s / true.parameters.J_l), rel=0.01)
     assert result.residual_rms["alpha"] < COUNT
 
 
 def test_a_recording_that_begins_in_the_middle_of_a_swing_is_fitted_as_well():
-    seed = 6
-    true = student_bench(seed, draw=1).parameters
-    recording = tracked(seed, 4.2).between(1.1, 4.2)
+    true = NOMINAL.parameters
+    recording = tracked(NOMINAL, 4.2).between(1.1, 4.2)
     start = replace(true, K_s=1.4)
-    result = fit(recording, srv02(), joint(1), free=("K_s", "B_l"), initial=start, progress=False)
+    result = fit(recording, srv02(), NOMINAL.joint, free=("K_s", "B_l"), initial=start, progress=False)
     assert abs(result.estimates["alpha_dot_0"].value) > 0.5
     assert result.parameters.K_s == pytest.approx(true.K_s, rel=0.002)
     assert result.parameters.B_l == pytest.approx(true.B_l, rel=0.05)

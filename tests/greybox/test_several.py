@@ -23,7 +23,14 @@ from rotflex.units import DEG
 pytestmark = pytest.mark.slow
 COUNT = 360 / 4096 * DEG
 GAIN = [13.04, -17.26, 1.32, -0.046]
-SPEC = student_bench(5, draw=2)  # with the friction that a fit models
+
+
+def smooth(spec):
+    """Return a bench with Coulomb friction alone, as a fit models it."""
+    return replace(spec, parameters=replace(spec.parameters, stribeck=0.0, load=0.0, gear=()))
+
+
+SPEC = smooth(student_bench(5))
 FRICTION = 0.6, 1.0, 1.4  # of the drawn one
 
 

@@ -45,7 +45,7 @@ def pulled(seed, experiment, pull, most):
         hand.pull(pull(measured.time, plant.state))
         return hand(measured, plant)
 
-    with hil.open(f"virtual:?seed={seed}", draw=1 + seed % 3, disturbance=push) as bench:
+    with hil.open(f"virtual:?seed={seed}", disturbance=push) as bench:
         return experiment(bench, duration=SECONDS, progress=False)
 
 
@@ -67,7 +67,7 @@ def test_a_recorded_push_that_is_played_again_gives_the_same_recording_to_the_la
     once = pulled(7, experiments.free_decay, at_random(7), DRIVING)
     saved = Recording.load(once.save(tmp_path / "pushed.mat"))
     assert np.ptp(saved[PUSHED]) > 0.1 and saved.channels[PUSHED].unit == "N·m"
-    with hil.open("virtual:?seed=7", draw=2, disturbance=saved[PUSHED]) as bench:
+    with hil.open("virtual:?seed=7", disturbance=saved[PUSHED]) as bench:
         runs = [experiments.free_decay(bench, duration=SECONDS, progress=False) for _run in range(2)]
     for again in runs:
         for name, channel in once.channels.items():

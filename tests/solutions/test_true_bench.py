@@ -63,11 +63,3 @@ def test_what_answers_say_of_their_bench_holds_whatever_their_run_is(ada):
     said = hil.open("virtual:?run=5", seed=student_seed("ada")).identity
     assert ada.identity.items() <= {**said, "uri": "virtual"}.items()
     assert "run" not in ada.identity and ada.identity["draw"] == DRAW
-
-
-def test_an_older_draw_is_that_of_its_own_version():
-    policy = BenchPolicy(draw=1)
-    old = TrueBench("ada", policy)
-    drawn = student_bench(student_seed("ada"), draw=1)
-    assert (old.K_s, old.joint, old.identity["draw"]) == (drawn.parameters.K_s, drawn.joint, 1)
-    assert not np.array_equal(old.sweep()["alpha"], TrueBench("ada").sweep()["alpha"])
