@@ -14,6 +14,7 @@ to theta is free of that.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -113,15 +114,16 @@ class Estimate:
 
 @dataclass(frozen=True)
 class FrequencyResponse:
-    """The ratio of two signals against frequency.
+    """The ratio of signals to an input against frequency.
 
     Attributes
     ----------
     f_hz : (n,) frequencies, Hz
-    ratio : (n,) complex ratio of output to input
-    coherence : (n,) from 0 to 1: how much of the output the input explains
+    ratio : (n,) complex ratio of output to input; (p, n) for several outputs
+    coherence : as ``ratio``, from 0 to 1: how much of the output the input explains
     resolution : Hz; details closer than this are blurred
-    input, output : names of the signals
+    input : name of the signal
+    output : name of the signal, or names of several
     """
 
     f_hz: Vector
@@ -129,7 +131,7 @@ class FrequencyResponse:
     coherence: Vector
     resolution: float
     input: str = "theta"
-    output: str = "alpha"
+    output: str | tuple[str, ...] = "alpha"
 
     def to_frd(self, band: tuple[float, float] = (0.0, math.inf)) -> FRD:
         """Convert to python-control, with named signals.
@@ -156,15 +158,15 @@ class FrequencyResponse:
             raise IdentificationError(
                 f"The response has no frequency from {band[0]:g} to {band[1]:g} Hz; it ends at {self.f_hz[-1]:g} Hz."
             )
-        return control.frd(
-            self.ratio[kept], self.f_hz[kept] * HZ, inputs=[self.input], outputs=[self.output], name="measured"
-        )
+        outputs = [self.output] if isinstance(self.output, str) else [*self.output]
+        ratio = self.ratio[..., kept].reshape(len(outputs), 1, -1)
+        return control.frd(ratio, self.f_hz[kept] * HZ, inputs=[self.input], outputs=outputs, name="measured")
 
 
 def frequency_response(
     data: Recording | tuple[ArrayLike, ArrayLike, float],
     input: str = "theta",
-    output: str = "alpha",
+    output: str | Sequence[str] = "alpha",
     segment: float | None = None,
 ) -> FrequencyResponse:
     """Frequency response by the H1 estimate: cross-spectrum over spectrum of the input.
@@ -177,7 +179,7 @@ def frequency_response(
     Parameters
     ----------
     data : a recording, or (input, output, sample time in s)
-    input, output : channels of the recording; for arrays, what to call them
+    input, output : channels of the recording; for arrays, what to call them. Several outputs give a row for each
     segment : length of a segment, s; two thirds of the recording unless given
 
     Raises
@@ -187,12 +189,18 @@ def frequency_response(
     """
     from scipy.signal import csd, welch
 
+    outputs = (output,) if isinstance(output, str) else tuple(output)
     if isinstance(data, Recording):
-        x, y, dt = channel(data, input), channel(data, output), data.sample_time
+        x, rows, dt = channel(data, input), [channel(data, name) for name in outputs], data.sample_time
     else:
-        x, y, dt = _signal("The input", data[0]), _signal("The output", data[1]), float(data[2])
-    if x.size != y.size:
-        raise IdentificationError(f"The input has {x.size} samples, the output {y.size}; record them together.")
+        given: Any = [data[1]] if isinstance(output, str) else data[1]
+        x, rows, dt = _signal("The input", data[0]), [_signal("The output", row) for row in given], float(data[2])
+    if len(rows) != len(outputs):
+        raise IdentificationError(f"There are {len(rows)} outputs, and names for {len(outputs)}.")
+    for row in rows:
+        if x.size != row.size:
+            raise IdentificationError(f"The input has {x.size} samples, the output {row.size}; record them together.")
+    y = rows[0] if isinstance(output, str) else np.array(rows)
     options = _segments(x.size, dt, segment)
     f, power_x = welch(x, **options)
     power_y = welch(y, **options)[1]
@@ -204,7 +212,7 @@ def frequency_response(
         coherence=np.abs(cross) ** 2 / np.maximum(power_x * power_y, tiny),
         resolution=_HANN_BANDWIDTH / (options["nperseg"] * dt),
         input=input,
-        output=output,
+        output=output if isinstance(output, str) else outputs,
     )
 
 
@@ -228,10 +236,12 @@ def resonance(response: FrequencyResponse, band: tuple[float, float] = SWEEP_BAN
     Raises
     ------
     IdentificationError
-        If the response is too coarse for the band, or has no resonance in it.
+        If the response is of several outputs, is too coarse for the band, or has no resonance in it.
     """
     from scipy.optimize import least_squares
 
+    if response.ratio.ndim > 1:
+        raise IdentificationError("A resonance is found in the response of one output; this one has several.")
     f, low, high = response.f_hz, *band
     if response.resolution > (high - low) / 4:
         raise IdentificationError(

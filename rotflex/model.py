@@ -19,15 +19,30 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex.config import Joint, Servo, one_of
+from rotflex.config import Joint, Servo, one_of, positive
 from rotflex.errors import ConfigurationError, DesignError
+from rotflex.plant import Plant, PlantParameters, State
 from rotflex.simulation import STATES, takes_systems, with_actuator
 from rotflex.units import Array
 
 if TYPE_CHECKING:
-    from control import StateSpace
+    from control import NonlinearIOSystem, StateSpace
 
-__all__ = ["INPUTS", "OUTPUTS", "STATES", "Controllability", "controllability", "poles", "stability", "state_space"]
+    from rotflex.greybox import FitResult
+
+__all__ = [
+    "INPUTS",
+    "OUTPUTS",
+    "STATES",
+    "Controllability",
+    "controllability",
+    "nonlinear",
+    "of_fit",
+    "of_plant",
+    "poles",
+    "stability",
+    "state_space",
+]
 
 
 def __dir__() -> list[str]:
@@ -38,6 +53,7 @@ OUTPUTS = ("theta", "alpha")
 INPUTS = ("voltage", "torque")
 
 POLE_TOLERANCE = 1e-6  #: of the largest pole: typed with seven digits
+_DELAY_ORDER = 2  # of the approximation of a delay; the phase of 2 ms is exact to 0.01 deg up to 50 Hz
 RANK_TOLERANCE = 1e-10  #: of the largest singular value of A, in balanced or natural units; far above rounding
 
 
@@ -110,7 +126,7 @@ def state_space(
     Returns
     -------
     control.StateSpace
-        A (4, 4), B (4, 1), C (2, 4), D (2, 1); states theta, alpha, theta_dot, alpha_dot; input V_m or tau; outputs
+        A (4, 4), B (4, 1), C (2, 4), D (2, 1); states theta, alpha, theta_dot, alpha_dot; input vm or tau; outputs
         theta and alpha.
 
     Raises
@@ -118,15 +134,20 @@ def state_space(
     ConfigurationError
         If the stiffness is not a positive number, the damping a negative one, or the input none of the two.
     """
-    import control
-
     one_of("input", input, INPUTS)
     K_s, B_l = stiffness, joint.B_l if link_damping is None else link_damping
     if not (isinstance(K_s, Real) and 0 < K_s < math.inf):
         raise ConfigurationError(f"stiffness must be a positive number of N·m/rad; it is {K_s!r}.")
     if not (isinstance(B_l, Real) and 0 <= B_l < math.inf):
         raise ConfigurationError(f"link_damping must be a number of N·m/(rad/s), not negative; it is {B_l!r}.")
-    J_eq, B_eq, J_l = servo.J_eq, servo.B_eq, joint.J_l
+    system = _driven_by_torque(servo.J_eq, servo.B_eq, joint.J_l, B_l, K_s)
+    return with_actuator(system, servo) if input == "voltage" else system
+
+
+def _driven_by_torque(J_eq: float, B_eq: float, J_l: float, B_l: float, K_s: float) -> StateSpace:
+    """Return the linear model with the torque at the load gear as input, SI units."""
+    import control
+
     both = 1 / J_eq + 1 / J_l
     A = np.array(
         [
@@ -139,8 +160,97 @@ def state_space(
     A += 0.0  # turns -0.0, which reads badly, into 0.0
     B = np.array([[0], [0], [1 / J_eq], [-1 / J_eq]])
     named = {"states": [*STATES], "inputs": ["tau"], "outputs": [*OUTPUTS], "name": "rotary_flexible_joint"}
-    system = control.StateSpace(A, B, np.eye(2, 4), np.zeros((2, 1)), **named)
-    return with_actuator(system, servo) if input == "voltage" else system
+    return control.StateSpace(A, B, np.eye(2, 4), np.zeros((2, 1)), **named)
+
+
+def of_plant(parameters: PlantParameters, delay: float = 0.0) -> StateSpace:
+    """Return the linear model of a plant, from the motor voltage to the two angles.
+
+    It leaves out Coulomb friction, the cubic spring and the amplifier's limits; :func:`nonlinear` has them.
+
+    Parameters
+    ----------
+    parameters : the plant
+    delay : of the voltage, s. It is approximated (Padé, second order), and has the last two of six states then.
+        ``sampled.sample(plant, sample_time, delay)`` is exact from sample to sample
+
+    Returns
+    -------
+    control.StateSpace
+        States, input vm and outputs as :func:`state_space` has them.
+
+    Raises
+    ------
+    ConfigurationError
+        If the delay is negative or not finite.
+    """
+    import control
+
+    p = parameters
+    if not 0 <= delay < math.inf:
+        raise ConfigurationError(f"delay must be a number of seconds, not negative; it is {delay!r}.")
+    braking = p.torque_per_volt * p.back_emf  # by the motor's own voltage, when the servo turns
+    torque = _driven_by_torque(p.J_eq, p.B_eq + braking, p.J_l, p.B_l, p.K_s)
+    late = control.tf2ss(*control.pade(delay, _DELAY_ORDER)) if delay else control.ss([], [], [], 1.0)
+    B = torque.B * p.torque_per_volt
+    A = np.block([[torque.A, B @ late.C], [np.zeros((late.nstates, 4)), late.A]])
+    states = [*STATES, *(f"delay_{i + 1}" for i in range(late.nstates))]
+    named = {"states": states, "inputs": ["vm"], "outputs": [*OUTPUTS], "name": "rotary_flexible_joint"}
+    return control.StateSpace(A, np.vstack([B @ late.D, late.B]), np.eye(2, len(A)), np.zeros((2, 1)), **named)
+
+
+def of_fit(found: FitResult, delay: bool = False) -> StateSpace:
+    """Return the linear model of a fitted plant, see :func:`of_plant`; with the fitted delay if ``delay`` is set.
+
+    Examples
+    --------
+    >>> found = greybox.fit(recording, servo, joint)             # doctest: +SKIP
+    >>> K = control.lqr(model.of_fit(found), np.eye(4), 1)[0]    # doctest: +SKIP
+    """
+    return of_plant(found.parameters, found.delay if delay else 0.0)
+
+
+def nonlinear(parameters: PlantParameters, sample_time: float = 0.002) -> NonlinearIOSystem:
+    """Return a plant with its friction and its limits as a discrete system of python-control.
+
+    A step of it is :meth:`rotflex.plant.Plant.advance`: from a state on, it gives the same to the last bit.
+
+    Parameters
+    ----------
+    parameters : the plant
+    sample_time : s, for which each voltage is held
+
+    Returns
+    -------
+    control.NonlinearIOSystem
+        States theta, alpha, theta_dot, alpha_dot; input vm; outputs theta and alpha.
+
+    Raises
+    ------
+    ConfigurationError
+        If the sample time is not positive.
+    """
+    import control
+
+    positive("sample_time", sample_time, "s")
+    moving = Plant(parameters)
+
+    def update(_t: float, x: Array, u: Array, _params: object) -> Array:
+        nonlocal moving
+        state = State(*x.tolist())
+        if state != moving.state:  # else it goes on: a plant remembers which of its joints stood
+            moving = Plant(parameters, state)
+        return np.array(moving.advance(float(u[0]), sample_time))
+
+    return control.NonlinearIOSystem(
+        update,
+        lambda _t, x, _u, _params: x[:2],
+        states=[*STATES],
+        inputs=["vm"],
+        outputs=[*OUTPUTS],
+        dt=sample_time,
+        name="rotary_flexible_joint",
+    )
 
 
 # --- poles and stability ---------------------------------------------------------------------------------------------

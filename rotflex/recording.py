@@ -22,7 +22,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,10 @@ from rotflex import files, recording_files, unanswered
 from rotflex.config import finite_vector
 from rotflex.errors import RecordingError
 from rotflex.units import DEG, Vector
+
+if TYPE_CHECKING:
+    from control import TimeResponseData
+    from pandas import DataFrame
 
 __all__ = ["UNITS", "Channel", "Recording"]
 
@@ -48,6 +52,7 @@ UNITS = {
     "vm": "V",
 }
 PUSHED = "tau_link"  #: the channel of the torque that pushed the link, N·m
+_ACTING = ("theta_ref", "vm", PUSHED)  # on the bench: the inputs of a response
 _OTHER = "other_channels"  # in a file's description: those that it has no usual place for, name → unit
 _SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
 
@@ -171,6 +176,47 @@ class Recording:
     def with_channels(self, **channels: Any) -> Recording:
         """Return this recording with further channels, or others in the place of its own; see :meth:`of`."""
         return replace(self, channels={**self.channels, **Recording.of(self.time, **channels).channels})
+
+    def to_response(self) -> TimeResponseData:
+        """Convert to a time response of python-control, SI units, with signals by their names.
+
+        Its inputs are what acted (theta_ref, vm, tau_link), and its outputs all other channels.
+
+        Raises
+        ------
+        RecordingError
+            If there is no channel for an output.
+        """
+        import control
+
+        inputs = [name for name in self.channels if name in _ACTING]
+        outputs = [name for name in self.channels if name not in _ACTING]
+        if not outputs:
+            raise RecordingError(f"A response needs an output beside {', '.join(inputs)}, such as theta.")
+        return control.TimeResponseData(
+            self.time,
+            np.array([self[name] for name in outputs]),
+            inputs=np.array([self[name] for name in inputs]) if inputs else None,
+            output_labels=outputs,
+            input_labels=inputs or None,
+            issiso=False,
+            plot_inputs=bool(inputs),
+        )
+
+    def to_pandas(self) -> DataFrame:
+        """Convert to a table of pandas: a row for each time (s), a column for each channel, SI units.
+
+        Raises
+        ------
+        RecordingError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise RecordingError("pandas is not installed: pip install pandas.") from None
+        columns = {name: channel.values for name, channel in self.channels.items()}
+        return pandas.DataFrame(columns, index=pandas.Index(self.time, name="time"))
 
     def save(self, path: str | os.PathLike[str], variables: Iterable[str] | None = None) -> Path:
         """Save to ``.mat`` (version 5, for MATLAB and Octave) or ``.csv``, by the name's ending.

@@ -55,7 +55,7 @@ def sample(A: ArrayLike, B: ArrayLike, sample_time: float, delay: float = 0.0) -
     -------
     control.StateSpace
         In discrete time. Its states are the plant's and, with a delay, the last voltages (u_1 is the latest one).
-        Its input is V_m, and its outputs are theta and alpha.
+        Its input is vm, and its outputs are theta and alpha.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def sample(A: ArrayLike, B: ArrayLike, sample_time: float, delay: float = 0.0) -
     Phi, Gamma = np.eye(n + old, k=-1), np.eye(n + old, 1, k=-n)
     Phi[: n + 1] = 0
     Phi[:n, :n], Phi[:n, n:], Gamma[:n] = Phi_0 @ Phi_1, inputs[:, 1:], inputs[:, :1]
-    named = {"inputs": ["V_m"], "outputs": list(STATES[:2]), "states": [*STATES, *(f"u_{i + 1}" for i in range(old))]}
+    named = {"inputs": ["vm"], "outputs": list(STATES[:2]), "states": [*STATES, *(f"u_{i + 1}" for i in range(old))]}
     return control.StateSpace(Phi, Gamma, np.eye(2, n + old), np.zeros((2, 1)), sample_time, **named)
 
 
@@ -175,8 +175,8 @@ def margins(plant: StateSpace, controller: StateSpace) -> Margins:
 
     Parameters
     ----------
-    plant : sampled, from V_m to the two angles
-    controller : from the two angles to V_m, as ``StateFeedback.system`` gives it; same sample time
+    plant : sampled, from vm to the two angles
+    controller : from the two angles to vm, as ``StateFeedback.system`` gives it; same sample time
 
     Raises
     ------

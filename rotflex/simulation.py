@@ -272,7 +272,7 @@ def with_actuator(A: Any, B: Any, servo: Servo) -> tuple[Vector, Vector]: ...
 def with_actuator(A: Any, B: Any, servo: Servo | None = None) -> Any:
     """The model driven by the motor voltage, from the model driven by the torque (Equation 2.8).
 
-    ``with_actuator(system, servo)`` does the same to a system of python-control; its input is called V_m then.
+    ``with_actuator(system, servo)`` does the same to a system of python-control; its input is called vm then.
 
     The motor's torque is tau = torque_per_volt * V_m - back_emf_damping * theta_dot: a gain in B, and, in A, a
     feedback of theta_dot through B.
@@ -304,7 +304,7 @@ def with_actuator(A: Any, B: Any, servo: Servo | None = None) -> Any:
 
     C, D = system.C - system.D @ back_emf, system.D * servo.torque_per_volt
     names = {"states": system.state_labels, "outputs": system.output_labels, "name": system.name}
-    return control.StateSpace(A, B, C, D, inputs=["V_m"], **names)
+    return control.StateSpace(A, B, C, D, inputs=["vm"], **names)
 
 
 # --- exact -----------------------------------------------------------------------------------------------------------

@@ -222,3 +222,18 @@ def test_a_response_becomes_an_frd_of_python_control_with_gain_phase_and_names()
     assert found.to_frd().omega[0] > 0
     with pytest.raises(IdentificationError):
         found.to_frd(band=(300, 400))
+
+
+def test_several_outputs_are_each_as_if_alone():
+    theta = np.cumsum(np.random.default_rng(1).standard_normal(20_000)) * 1e-3
+    alpha = link_driven_by(theta, 20.0, 0.2)
+    recording = Recording.of(np.arange(theta.size) * SAMPLE_TIME, vm=np.gradient(theta), theta=theta, alpha=alpha)
+    both = frequency_response(recording, input="vm", output=("theta", "alpha")).to_frd(band=(1, 5))
+    assert (both.input_labels, both.output_labels) == (["vm"], ["theta", "alpha"])
+    for row, name in enumerate(both.output_labels):
+        alone = frequency_response(recording, input="vm", output=name).to_frd(band=(1, 5))
+        np.testing.assert_allclose(both.frdata[row, 0], alone.frdata[0, 0], rtol=1e-12)
+    with pytest.raises(IdentificationError, match="names for 1"):
+        frequency_response((theta, (theta, alpha), SAMPLE_TIME), output=("theta",))
+    with pytest.raises(IdentificationError, match="of one output"):
+        resonance(frequency_response((theta, (theta, alpha), SAMPLE_TIME), output=("theta", "alpha")))

@@ -13,7 +13,8 @@ from scipy.linalg import block_diag, expm
 from rotflex import model
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, DesignError
-from rotflex.plant import SUBSTEP, Plant, PlantParameters, State
+from rotflex.hil.student_benches import student_bench
+from rotflex.plant import REST, SUBSTEP, Plant, PlantParameters, State, driven
 
 SERVO, JOINT = srv02(), joint()
 K_S = 1.400  #: behind the printed matrices
@@ -38,7 +39,7 @@ def test_torque_model_is_the_printed_one():
     assert_array_equal(system.D, [[0], [0]])
 
 
-@pytest.mark.parametrize(("input", "label"), [("voltage", "V_m"), ("torque", "tau")])
+@pytest.mark.parametrize(("input", "label"), [("voltage", "vm"), ("torque", "tau")])
 def test_states_inputs_and_outputs_have_their_names(input, label):
     system = model.state_space(SERVO, JOINT, K_S, input=input)
     assert isinstance(system, control.StateSpace)
@@ -60,6 +61,30 @@ def test_voltage_model_moves_as_the_frictionless_plant_does(parts, K_s, B_l, x, 
     scale = expm(np.abs(held)) @ np.abs([*x, voltage])
     smallest = np.finfo(float).tiny  # below it, numbers have no such precision
     assert np.all(np.abs(moved - expected) <= 1e-12 * scale[:4] + smallest)
+
+
+def test_a_plants_linear_model_is_that_of_its_parts_and_comes_late_on_request():
+    nominal, fitted = model.state_space(SERVO, JOINT, K_S), model.of_plant(PlantParameters.of(SERVO, JOINT, K_S))
+    assert_allclose(fitted.A, nominal.A, rtol=1e-13)
+    assert_allclose(fitted.B, nominal.B, rtol=1e-13)
+    late = model.of_plant(PlantParameters.of(SERVO, JOINT, K_S), delay=0.004)
+    assert (late.state_labels[:4], late.input_labels) == (nominal.state_labels, ["vm"])
+    s = 1j * 2 * np.pi * np.array([0.5, 3.0, 20.0])
+    assert_allclose(late(s), nominal(s) * np.exp(-0.004 * s), rtol=1e-3)
+    with pytest.raises(ConfigurationError, match="delay"):
+        model.of_plant(PlantParameters.of(SERVO, JOINT, K_S), delay=-0.001)
+
+
+@pytest.mark.parametrize("plant", [student_bench(7).parameters, replace(student_bench(3).parameters, K_3=20.0)])
+def test_the_nonlinear_system_moves_as_the_plant_to_the_last_bit(plant):
+    system, rng = model.nonlinear(plant), np.random.default_rng(1)
+    time = 0.002 * np.arange(800)
+    volts = np.repeat(rng.uniform(-4, 4, 8), 100) * (rng.random(800) < 0.8)  # with rests, in which friction holds
+    for _again in range(2):
+        moved = control.input_output_response(system, time, volts)
+        assert_array_equal(moved.states.T, driven(plant, REST, volts, 0.002))
+    assert_array_equal(moved.outputs, moved.states[:2])
+    assert (system.input_labels, system.output_labels, system.dt) == (["vm"], ["theta", "alpha"], 0.002)
 
 
 def test_link_damping_is_the_joints_unless_told_otherwise():

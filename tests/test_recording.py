@@ -441,3 +441,34 @@ def test_a_notebook_shows_a_table_of_the_channels_with_angles_in_degrees():
     theta, other = ([cell.text for cell in row] for row in table.findall("tbody/tr"))
     assert other == ["a<b", "A", "0", "29.99", "15", "29.99"]
     assert theta[:2] == ["theta", "deg"] and float(theta[3]) == pytest.approx(20, abs=0.01)
+
+
+def test_a_response_of_python_control_has_what_acted_as_inputs_and_the_rest_as_outputs():
+    time = np.arange(5) * 0.002
+    names = ("theta_ref", "theta", "alpha", "vm")
+    signals = {name: np.linspace(0, n, 5) for n, name in enumerate(names, start=1)}
+    recorded = Recording.of(time, **signals)
+    found = recorded.to_response()
+    assert (found.input_labels, found.output_labels) == (["theta_ref", "vm"], ["theta", "alpha"])
+    np.testing.assert_array_equal(found.time, time)
+    for row, name in enumerate(found.input_labels):
+        np.testing.assert_array_equal(found.inputs[row], signals[name])
+    for row, name in enumerate(found.output_labels):
+        np.testing.assert_array_equal(found.outputs[row], signals[name])
+    alone = Recording.of(time, theta=signals["theta"]).to_response()
+    assert alone.output_labels == ["theta"] and not alone.ninputs
+    with pytest.raises(RecordingError, match="needs an output beside vm"):
+        Recording.of(time, vm=signals["vm"]).to_response()
+
+
+def test_a_table_of_pandas_has_a_column_for_each_channel():
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
+    table = Recording.of([0.0, 0.002], theta=[1.0, 2.0], vm=[3.0, 4.0]).to_pandas()
+    expected = pandas.DataFrame({"theta": [1.0, 2.0], "vm": [3.0, 4.0]}, index=pandas.Index([0.0, 0.002], name="time"))
+    pandas.testing.assert_frame_equal(table, expected)
+
+
+def test_without_pandas_there_is_no_table_but_a_way_to_one(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(RecordingError, match="pip install pandas"):
+        Recording.of([0.0, 0.002], theta=[1.0, 2.0]).to_pandas()

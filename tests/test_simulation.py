@@ -239,7 +239,7 @@ def test_the_motor_in_a_system_is_what_python_control_makes_of_its_feedback():
     C, D = np.eye(4)[[0, 2]], np.array([[0.0], [0.5]])
     torque = control.ss(A_torque, B_torque, C, D, states=NAMED["states"], inputs=["tau"], outputs=["theta", "rate"])
     driven = with_actuator(torque, servo)
-    assert (driven.input_labels, driven.output_labels) == (["V_m"], ["theta", "rate"])
+    assert (driven.input_labels, driven.output_labels) == (["vm"], ["theta", "rate"])
     # tau = a V_m − b θ̇: the same by connecting blocks, with the states as outputs that are fed back.
     whole = control.ss(A_torque, B_torque, np.vstack([C, [[0, 0, 1, 0]]]), np.vstack([D, [[0]]]))
     fed_back = control.feedback(whole, control.ss([], [], [], [[0, 0, servo.back_emf_damping]])) * servo.torque_per_volt

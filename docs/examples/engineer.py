@@ -21,7 +21,7 @@ class Observed:  # state feedback on the states that an observer estimates: it s
 with hil.open("virtual:?seed=7") as bench:
     found = identification.frequency_response(experiments.sweep(bench))  # alpha/theta
     K_s = bench.joint.J_l * identification.resonance(found).value ** 2
-    plant = model.state_space(bench.servo, bench.joint, K_s)  # V_m → theta, alpha
+    plant = model.state_space(bench.servo, bench.joint, K_s)  # vm → theta, alpha
     sampled = control.sample_system(plant, 0.002)
     K = control.lqr(plant, np.diag([400, 400, 1, 1]), 1)[0]
     L = observers.kalman_gain(sampled, np.diag([1e-6, 1e-6, 1e-2, 1e-2]), bench.servo.K_enc, servo_only=True)

@@ -218,7 +218,7 @@ class TwoDegreesOfFreedom:
 def _system(A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike, sample_time: float) -> StateSpace:
     import control
 
-    return control.StateSpace(A, B, C, D, sample_time, inputs=["theta", "alpha"], outputs=["V_m"])
+    return control.StateSpace(A, B, C, D, sample_time, inputs=["theta", "alpha"], outputs=["vm"])
 
 
 class PositionServo:
