@@ -67,6 +67,8 @@ def paired(desired: ArrayLike, count: int) -> NDArray[np.complex128]:
         conjugate.
     """
     array = finite("The list of poles", desired, complex)
+    if array.ndim == 2 and array.shape[1] == 1:  # a column
+        array = array[:, 0]
     if array.ndim != 1:
         raise DesignError(f"The poles must be a list; the shape is {array.shape}.")
     if len(array) != count:

@@ -51,6 +51,7 @@ def __dir__() -> list[str]:
 
 OUTPUTS = ("theta", "alpha")
 INPUTS = ("voltage", "torque")
+_NAMED = {"states": [*STATES], "inputs": ["vm"], "outputs": [*OUTPUTS], "name": "rotary_flexible_joint"}
 
 POLE_TOLERANCE = 1e-6  #: of the largest pole: typed with seven digits
 _DELAY_ORDER = 2  # of the approximation of a delay; the phase of 2 ms is exact to 0.01 deg up to 50 Hz
@@ -159,8 +160,7 @@ def _driven_by_torque(J_eq: float, B_eq: float, J_l: float, B_l: float, K_s: flo
     )
     A += 0.0  # turns -0.0, which reads badly, into 0.0
     B = np.array([[0], [0], [1 / J_eq], [-1 / J_eq]])
-    named = {"states": [*STATES], "inputs": ["tau"], "outputs": [*OUTPUTS], "name": "rotary_flexible_joint"}
-    return control.StateSpace(A, B, np.eye(2, 4), np.zeros((2, 1)), **named)
+    return control.StateSpace(A, B, np.eye(2, 4), np.zeros((2, 1)), **{**_NAMED, "inputs": ["tau"]})
 
 
 def of_plant(parameters: PlantParameters, delay: float = 0.0) -> StateSpace:
@@ -194,8 +194,7 @@ def of_plant(parameters: PlantParameters, delay: float = 0.0) -> StateSpace:
     late = control.tf2ss(*control.pade(delay, _DELAY_ORDER)) if delay else control.ss([], [], [], 1.0)
     B = torque.B * p.torque_per_volt
     A = np.block([[torque.A, B @ late.C], [np.zeros((late.nstates, 4)), late.A]])
-    states = [*STATES, *(f"delay_{i + 1}" for i in range(late.nstates))]
-    named = {"states": states, "inputs": ["vm"], "outputs": [*OUTPUTS], "name": "rotary_flexible_joint"}
+    named = {**_NAMED, "states": [*STATES, *(f"delay_{i + 1}" for i in range(late.nstates))]}
     return control.StateSpace(A, np.vstack([B @ late.D, late.B]), np.eye(2, len(A)), np.zeros((2, 1)), **named)
 
 
@@ -242,15 +241,7 @@ def nonlinear(parameters: PlantParameters, sample_time: float = 0.002) -> Nonlin
             moving = Plant(parameters, state)
         return np.array(moving.advance(float(u[0]), sample_time))
 
-    return control.NonlinearIOSystem(
-        update,
-        lambda _t, x, _u, _params: x[:2],
-        states=[*STATES],
-        inputs=["vm"],
-        outputs=[*OUTPUTS],
-        dt=sample_time,
-        name="rotary_flexible_joint",
-    )
+    return control.NonlinearIOSystem(update, lambda _t, x, _u, _params: x[:2], dt=sample_time, **_NAMED)
 
 
 # --- poles and stability ---------------------------------------------------------------------------------------------
@@ -268,7 +259,7 @@ def poles(A: ArrayLike) -> NDArray[np.complex128]:
 
 
 def stability(poles_or_A: ArrayLike) -> str:
-    """Whether a system is stable, from its poles (n,) or its matrix A (n, n) (Section 3.2.1).
+    """Whether a system is stable, from its poles (n,) or (n, 1), or its matrix A (n, n) (Section 3.2.1).
 
     * "stable": all poles have negative real parts;
     * "unstable": a pole has a positive real part, or one on the imaginary axis is repeated;
@@ -283,7 +274,7 @@ def stability(poles_or_A: ArrayLike) -> str:
     """
     values = finite("What is given as poles or A", poles_or_A, complex)
     if values.ndim == 2:
-        values = poles(poles_or_A)
+        values = values[:, 0] if values.shape[1] == 1 < values.shape[0] else poles(poles_or_A)
     if values.ndim != 1:
         raise DesignError(f"Poles must be a list, (n,), and A a matrix, (n, n); this is {values.shape}.")
     tolerance = POLE_TOLERANCE * np.abs(values).max()

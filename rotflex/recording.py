@@ -118,6 +118,26 @@ class Recording:
                 raise RecordingError(f"There is no channel {name!r}; there are {', '.join(UNITS)}.")
         return cls(time, {name: Channel(values, UNITS[name]) for name, values in channels.items()}, metadata or {})
 
+    @classmethod
+    def of_response(cls, response: TimeResponseData) -> Recording:
+        """Build a recording from a time response of python-control with signals that have our names, SI units.
+
+        Examples
+        --------
+        >>> loop = control.ss(A, B, C, D, inputs="theta_ref", outputs=["theta", "alpha", "vm"])  # doctest: +SKIP
+        >>> Recording.of_response(control.forced_response(loop, time, theta_ref))  # doctest: +SKIP
+
+        Raises
+        ------
+        RecordingError
+            If a signal is no channel of ours, or of several lengths, as responses to several inputs by turns are.
+        """
+        named = ((response.input_labels, response.u), (response.output_labels, response.y))
+        signals = {
+            label: row.ravel() for labels, rows in named if labels for label, row in zip(labels, rows, strict=True)
+        }
+        return cls.of(response.time, **signals)
+
     def __getitem__(self, name: str) -> Vector:
         """Samples (n,) of a channel, in SI units."""
         if name not in self.channels:
@@ -193,15 +213,9 @@ class Recording:
         outputs = [name for name in self.channels if name not in _ACTING]
         if not outputs:
             raise RecordingError(f"A response needs an output beside {', '.join(inputs)}, such as theta.")
-        return control.TimeResponseData(
-            self.time,
-            np.array([self[name] for name in outputs]),
-            inputs=np.array([self[name] for name in inputs]) if inputs else None,
-            output_labels=outputs,
-            input_labels=inputs or None,
-            issiso=False,
-            plot_inputs=bool(inputs),
-        )
+        u, y = (np.array([self[name] for name in names]) for names in (inputs, outputs))
+        named = {"output_labels": outputs, "input_labels": inputs or None, "plot_inputs": bool(inputs)}
+        return control.TimeResponseData(self.time, y, inputs=u if inputs else None, issiso=False, **named)
 
     def to_pandas(self) -> DataFrame:
         """Convert to a table of pandas: a row for each time (s), a column for each channel, SI units.

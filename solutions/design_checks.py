@@ -11,7 +11,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ Follow = Callable[[Case], Any]
 #: What an answer may follow from: what that is, in words → what it leads to.
 Follows = tuple[tuple[str, Follow], ...]
 CARRIED = "your own answer"
+DISCRETE = "it is that of a model in discrete time; one in continuous time is asked for"
 
 
 @dataclass(frozen=True)
@@ -202,6 +203,8 @@ class ArrayFrom:
                 with contextlib.suppress(*EVALUATION_ERRORS):  # what cannot be inverted, say, was not
                     if self._agrees(value, changed(np.asarray(expected))):
                         return wrong(f"Not {self.what}: {slip}.")
+        if np.ndim(value) == 2 and any(is_sampled(value, expected, self._agrees) for expected in ideal_ones):
+            return wrong(f"Not {self.what}: {DISCRETE}.")
         for slip, expected in led_to(case, self.others)[0]:
             if self._agrees(value, expected):
                 return wrong(f"Not {self.what}: {slip}.")
@@ -246,6 +249,8 @@ class PolesFrom:
         for slip, changed in ((MIRRORED, mirrored), *self.slips):
             if judge_candidates(changed(value), case, self.what, self.ideal, self._agrees, self.follow)[0] is not None:
                 return wrong(f"Not {self.what}: {slip}.")
+        if judge_candidates(value, case, self.what, self.ideal, self._is_sampled, self.follow)[0] is not None:
+            return wrong(f"Not {self.what}: {DISCRETE}.")
         for slip, expected in led_to(case, self.others)[0]:
             if self._agrees(value, expected):
                 return wrong(f"Not {self.what}: {slip}.")
@@ -253,6 +258,30 @@ class PolesFrom:
 
     def _agrees(self, value: Any, expected: Any) -> bool:
         return same_poles(value, expected, self.rtol)
+
+    def _is_sampled(self, value: Any, expected: Any) -> bool:
+        return is_sampled(value, expected, self._agrees)
+
+
+def is_sampled(value: Any, expected: Any, agrees: Callable[[Any, Any], bool]) -> bool:
+    """Whether a matrix, or a set of poles, is that of the expected model from one sample to the next.
+
+    Its logarithm, or what Euler's method adds to 1, agrees with a multiple of what is expected, by the sample time.
+    """
+    wanted, given = np.asarray(expected), np.asarray(value)
+    with np.errstate(all="ignore"), contextlib.suppress(*EVALUATION_ERRORS):
+        steps = [np.log(given.astype(complex)), given - 1]
+        if given.ndim == 2:
+            steps = [logarithm(given), given - np.eye(len(given))]
+        multiples = [step * (np.linalg.norm(wanted) / np.linalg.norm(step)) for step in steps]
+        return any(np.isfinite(one).all() and agrees(np.real_if_close(one), wanted) for one in multiples)
+    return False
+
+
+def logarithm(matrix: Array) -> Array:
+    """Return the logarithm of a matrix (n, n), such as A h of exp(A h)."""
+    values, vectors = np.linalg.eig(matrix)
+    return np.real_if_close((vectors * np.log(values.astype(complex))) @ np.linalg.inv(vectors), tol=1e6)
 
 
 def same_poles(value: Any, expected: Any, rtol: float) -> bool:
@@ -273,6 +302,9 @@ class StateSpaceFunction:
         bad = self._differing(value, [dict(zip("ABCD", _written_out(*one), strict=True)) for one in inputs])
         if not bad:
             return right("Called with other parameters, it gives their model.")
+        pairs = zip(value, inputs, strict=True)
+        if all(is_sampled(output[0], _written_out(*one)[0], partial(same_entries, rtol=0.02)) for output, one in pairs):
+            return wrong(f"Not the model of the derivation: {DISCRETE}.")
         try:
             own = [own_matrices(case.own, *one) for one in inputs]
         except EVALUATION_ERRORS:

@@ -11,10 +11,11 @@ from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpect
 from labcourse.grading.marking.units import ANGLE
 from labcourse.grading.verdicts import OwnBench
 from rotflex.hil.student_benches import FIRST_RUN
+from rotflex.simulation import zero_order_hold
 from rotflex.units import DEG, HZ
 
 from . import tolerances
-from .design_checks import ArrayFrom, PolesFrom, StateSpaceFunction, carried
+from .design_checks import DISCRETE, ArrayFrom, Design, PolesFrom, StateSpaceFunction, carried, logarithm
 from .figure_shows import FigureShows
 from .motion import MOTION, STATE, accelerations, euler_lagrange, link_acceleration, slope
 from .own_answers import usable
@@ -270,6 +271,13 @@ def own_function(name):
     return ("what your own function of question 2.13 gives", lambda case: from_own_function(case, name))
 
 
+def sampled_B(case):
+    """B of the right model from one sample to the next, with the sample time that the student's own A shows."""
+    sample_time = float(logarithm(usable(case.own, "2.14", "A"))[0, 2])
+    A, B, *_outputs = Design(case.bench.servo, case.bench.joint, case.bench.K_s).torque_model
+    return zero_order_hold(A, B, sample_time)[1]
+
+
 def of_torque(case):
     """The poles of the student's own model as it is in 2.14."""
     return np.linalg.eigvals(usable(case.own, "2.14", "A"))
@@ -294,14 +302,17 @@ VALIDATION = {
             lambda d: d.torque_model[1],
             follow=(own_function("B"),),
             slips=(("what pushes the servo forward leaves the link behind: a minus is missing", np.abs),),
+            others=((DISCRETE, sampled_B),),
         ),
         "C": ArrayFrom(
-            "the matrix C",
+            "the matrix C for the outputs theta and alpha",
             lambda d: d.torque_model[2],
             follow=(own_function("C"),),
             slips=(("its rows are swapped", lambda c: c[::-1]),),
         ),
-        "D": ArrayFrom("the matrix D", lambda d: d.torque_model[3], follow=(own_function("D"),)),
+        "D": ArrayFrom(
+            "the matrix D for the outputs theta and alpha", lambda d: d.torque_model[3], follow=(own_function("D"),)
+        ),
     },
     "2.15": {
         "validation": ResponseOf(validated_again, channels=("theta", "alpha"), model=("theta_model", "alpha_model")),

@@ -237,6 +237,8 @@ def _objects(value: Any, message: str) -> NDArray[Any]:
 def _matrix_rows(part: Part, value: Any, read: Callable[[Any], Any]) -> list[list[Any]]:
     """Read the entries of a matrix, by rows. A vector may lie or stand."""
     rows, columns = part.rows_and_columns
+    if _is_zero(value):
+        return [[0.0] * columns for _row in range(rows)]
     value = _coefficients(value)
     if callable(value) and not hasattr(value, "__array__"):  # a polynomial of numpy's is both
         raise FormError("it is a function: call it, and give the result")
@@ -246,15 +248,35 @@ def _matrix_rows(part: Part, value: Any, read: Callable[[Any], Any]) -> list[lis
     entries = array.ravel().tolist()
     if any(isinstance(entry, list | tuple | np.ndarray) for entry in entries):
         raise FormError(ragged)
+    if _has_all_rows(part, array):
+        array = array.reshape(-1, columns)[:rows]
+        entries = array.ravel().tolist()
     lying_or_standing = 1 in (rows, columns) and array.size == rows * columns and sum(n > 1 for n in array.shape) <= 1
     if array.shape != (rows, columns) and not lying_or_standing:
         given = " × ".join(map(str, array.shape)) if array.ndim > 1 else f"a row of {array.size}"
         given = given if array.ndim else f"a {type(value).__name__}"
         wanted = f"{rows * columns} numbers" if 1 in (rows, columns) else f"a {rows} × {columns} matrix"
+        wanted += f", for {_asked_rows(part)}" if part.row_names else ""
         raise FormError(f"it should be {wanted}; it is {given}")
     places = [f"the entry in row {i + 1}, column {j + 1}" for i in range(rows) for j in range(columns)]
     numbers = [_entry(place, entry, read) for place, entry in zip(places, entries, strict=True)]
     return [numbers[columns * row : columns * (row + 1)] for row in range(rows)]
+
+
+def _is_zero(value: Any) -> bool:
+    """Check whether a value is the number 0, which stands for a matrix of zeros."""
+    return isinstance(value, numbers.Real) and not isinstance(value, bool) and value == 0
+
+
+def _has_all_rows(part: Part, value: Any) -> bool:
+    """Check whether a matrix has all rows that it may have, and not only those that are asked for."""
+    rows, columns = part.rows_and_columns
+    shape, all_rows = np.shape(value), len(part.row_names)
+    return all_rows > rows and shape in ((all_rows, columns), *[(all_rows,), (1, all_rows)] * (columns == 1))
+
+
+def _asked_rows(part: Part) -> str:
+    return " and ".join(part.row_names[: part.rows_and_columns[0]])
 
 
 def _coefficients(value: Any) -> Any:
@@ -268,10 +290,13 @@ def _coefficients(value: Any) -> Any:
 
 def _encode_matrix(part: Part, value: Any) -> tuple[Fields, Hints]:
     """Encode a matrix or a vector, or the coefficients of a polynomial."""
-    if is_symbolic(value):
+    if is_symbolic(value) and not _is_zero(value):
         value = expressions.polynomial(value)
     numbers = _matrix_rows(part, value, _real)
-    return {"value": numbers}, list(_unusual(part, [number for row in numbers for number in row if number]))
+    hints = list(_unusual(part, [number for row in numbers for number in row if number]))
+    if _has_all_rows(part, value):
+        hints.append(f"the rows for {_asked_rows(part)} are recorded; the others are not asked for")
+    return {"value": numbers}, hints
 
 
 def _unusual(part: Part, numbers: list[float]) -> Iterator[str]:
@@ -408,6 +433,7 @@ def encode_recording(part: Part, value: Any) -> tuple[Fields, Hints]:
     FormError
         If it is not a recording, lacks a channel, is unfit or too long.
     """
+    value = part.read(value)
     if not isinstance(value, Sampled):
         raise FormError(f"it is a {type(value).__name__}, not a recording: give what the experiment returned")
     if why := part.unfit(value):

@@ -157,6 +157,7 @@ class Part:
     unit : of a number; what the student is asked to give
     plausible : the range (in ``unit``) outside which a number is worth a second look
     shape : of a matrix; (n,) is a vector for which row or column does not matter
+    row_names : of a matrix that may be given with more rows than its shape has: all rows, those of the shape first
     count : how many poles
     symbols : the symbols that are given
     choices : the allowed values
@@ -165,6 +166,7 @@ class Part:
     units : of all channels that are stored of a recording: name → unit
     settings : (name, value) pairs that are expected in a recording's metadata
     unfit : of a recording, why it cannot be an answer; None if it can
+    read : turns what a student may have a recording in into a recording; raises FormError
     usual : what draws a hint where it is otherwise, and no more
     shows : for the entry of a results table, the (question, part) that it carries over
     """
@@ -178,6 +180,7 @@ class Part:
     unit: str = ""
     plausible: tuple[float, float] | None = None
     shape: tuple[int, ...] = ()
+    row_names: tuple[str, ...] = ()
     count: int = 0
     symbols: tuple[str, ...] = ()
     choices: tuple[str, ...] = ()
@@ -186,6 +189,7 @@ class Part:
     units: Mapping[str, str] = field(default_factory=dict)
     settings: tuple[tuple[str, str], ...] = ()
     unfit: Callable[[Any], str | None] = lambda _recording: None
+    read: Callable[[Any], Any] = lambda given: given
     usual: Usual = Usual()
     shows: Where | None = None
 
@@ -320,10 +324,12 @@ def recording(
     *,
     units: Mapping[str, str],
     unfit: Callable[[Any], str | None] = lambda _recording: None,
+    read: Callable[[Any], Any] = lambda given: given,
     usual: Usual = Usual(),
 ) -> Part:
     """Ask for a recording of an experiment."""
-    more: dict[str, Any] = {"settings": tuple(settings.items()), "units": units, "unfit": unfit, "usual": usual}
+    more: dict[str, Any] = {"units": units, "unfit": unfit, "read": read, "usual": usual}
+    more["settings"] = tuple(settings.items())
     return Part(name, "recording", points, prompt, outcome, channels=channels, **more)
 
 

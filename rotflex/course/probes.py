@@ -4,7 +4,8 @@
   amplitude and phase. The first three have a power of two of samples and sines on exact bins; the fourth has 7500
   samples every 2 ms and sines between the bins. Kept for each: ``[f, a]``, the pairs with 0 <= f <= 10 Hz in their
   order; where they are more than 600, those at the indices of ``json_values.thin``; rounded to 6 significant digits.
-* "plant parameters", for ``state_space(K_s, J_l, J_eq, B_eq) -> (A, B, C, D)``. Three sets of parameters.
+* "plant parameters", for ``state_space(K_s, J_l, J_eq, B_eq) -> (A, B, C, D)``. Three sets of parameters. D may be 0,
+  and C and D may have rows for all states: the first two are kept.
   Kept for each: ``[A, B, C, D]`` as lists of rows, rounded to 6 significant digits.
 """
 
@@ -72,15 +73,29 @@ def _plant_parameters(rng: np.random.Generator) -> list[tuple[Any, ...]]:
     return [tuple(rng.uniform(lowest, highest).tolist()) for _set in range(_PARAMETER_SETS)]
 
 
+def _of_two_outputs(name: str, piece: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return D in full for 0, and of C and D for all states the rows for theta and alpha."""
+    shape, states = _SHAPES[name], _SHAPES["A"][0]
+    if name == "D" and piece.size == 1 and not piece.any():
+        return np.zeros(shape)
+    if name in "CD" and max(piece.shape, default=0) == states and piece.size == states * shape[1]:
+        return piece.reshape(states, shape[1])[: shape[0]]
+    return piece
+
+
 def _keep_state_space(output: Any) -> list[Any]:
     if all(hasattr(output, name) for name in _SHAPES):  # a state-space object of a library
+        if getattr(output, "dt", None):
+            raise FormError(f"it returns a model in discrete time ({output.dt} s): one in continuous time is asked for")
         output = tuple(getattr(output, name) for name in _SHAPES)
     kept = []
-    for (name, shape), piece in zip(_SHAPES.items(), pieces(output, tuple(_SHAPES)), strict=True):
+    for (name, shape), returned in zip(_SHAPES.items(), pieces(output, tuple(_SHAPES)), strict=True):
+        piece = _of_two_outputs(name, returned)
         vector = 1 in shape
         if piece.shape != shape and not (vector and piece.size == max(shape) and piece.ndim <= 2):
             given = " × ".join(map(str, piece.shape)) or "a single number"
-            raise FormError(f"{name} is {given}, not {shape[0]} × {shape[1]}")
+            outputs = ", for theta and alpha" if name in "CD" else ""
+            raise FormError(f"{name} is {given}, not {shape[0]} × {shape[1]}{outputs}")
         kept.append([rounded(row) for row in piece.reshape(shape)])
     return kept
 

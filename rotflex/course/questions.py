@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from labcourse.answers import parts
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.json_values import FormError
 from labcourse.answers.parts import (
     YES_NO,
     Part,
@@ -29,6 +31,7 @@ from labcourse.answers.parts import (
 )
 from rotflex.course.predictions import PREDICTIONS
 from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS
+from rotflex.errors import RecordingError
 from rotflex.recording import PUSHED, UNITS, Recording
 from rotflex.specifications import SETTLING_BAND
 
@@ -60,7 +63,23 @@ def _pushed(given: Recording) -> str | None:
     )
 
 
-recording = partial(parts.recording, units=UNITS, unfit=_pushed)
+def _read(given: Any) -> Any:
+    """Return a time response of python-control as a recording, and anything else as it is.
+
+    Raises
+    ------
+    FormError
+        If a signal of the response is no channel of a recording.
+    """
+    if not hasattr(given, "output_labels"):
+        return given
+    try:
+        return Recording.of_response(given)
+    except RecordingError as error:
+        raise FormError(f"{error} Name the signals of the system: control.ss(..., inputs=..., outputs=...)") from None
+
+
+recording = partial(parts.recording, units=UNITS, unfit=_pushed, read=_read)
 
 
 # Both take a heading, and return a function of what stands below it: _asked("2.13", "The model in code")(part, ...).
@@ -194,8 +213,8 @@ MODELING = (
         _asked("2.14", "The model in numbers")(
             matrix("A", (4, 4), "B-5", "A with your stiffness and inertia, torque as input."),
             matrix("B", (4, 1), "B-5", "B, torque as input.", points=0.5),
-            matrix("C", (2, 4), "B-5", "C, for the outputs theta and alpha.", points=0.25),
-            matrix("D", (2, 1), "B-5", "D.", points=0.25),
+            replace(matrix("C", (2, 4), "B-5", "C, for the outputs theta and alpha.", 0.25), row_names=_STATE),
+            replace(matrix("D", (2, 1), "B-5", "D.", 0.25), row_names=_STATE),
         ),
         _asked("2.15", "Model and bench side by side")(
             recording(

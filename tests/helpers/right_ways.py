@@ -13,6 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import control
 import numpy as np
 import scipy.fft
 import scipy.signal
@@ -21,7 +22,10 @@ from sympy.physics import mechanics
 from working_through import FULL, Change, Pen, Where, digits, recorded, state_space
 
 import rotflex.course.lab
+from rotflex.config import srv02
 from rotflex.course.questions import CATALOGUE
+from rotflex.recording import Recording
+from rotflex.simulation import with_actuator
 from rotflex.units import HZ
 
 #: (the usual answer, all usual answers) → another right one
@@ -283,6 +287,17 @@ def _(stiffness, inertia, servo_inertia, friction):
     return A, B.reshape(1, 4), C, D.reshape(1, 2)
 
 
+@model("with 0 for D, and all states as outputs")
+def _(K_s, J_l, J_eq, B_eq):
+    A, B, *_outputs = state_space(K_s, J_l, J_eq, B_eq)
+    return A, B, np.eye(4), 0
+
+
+@model("as a system of python-control that calls its input V_m")
+def _(K_s, J_l, J_eq, B_eq):
+    return control.ss(*state_space(K_s, J_l, J_eq, B_eq), inputs="V_m", outputs=["theta", "alpha"])
+
+
 # --- other forms of right numbers, matrices, polynomials, poles and choices -------------------------------------------
 
 KINDS = {(q.number, p.name): (p.kind, p.shape) for q in CATALOGUE.everything.values() for p in q.parts}
@@ -330,6 +345,7 @@ ARRAY_FORMS.each_of(
 ARRAY_FORMS.each_of(
     [("2.14", "C"), ("2.14", "D"), ("3.3", "B_c")], {"whole numbers": lambda m: np.asarray(m).astype(int).tolist()}
 )
+ARRAY_FORMS.each_of([("2.14", "D"), ("Table 2", "D")], {"0 for zeros": lambda m: 0, "0.0": lambda m: np.float64(0.0)})
 
 POLYNOMIAL_FORMS = Ways("polynomials")
 POLYNOMIAL_FORMS.each_of(
@@ -352,6 +368,8 @@ POLE_FORMS.each_of(
         "in another order": lambda p: list(p)[::-1],
         "sorted": np.sort_complex,
         "np.matrix": np.matrix,
+        "a column": lambda p: np.reshape(p, (4, 1)),
+        "a list of rows": lambda p: np.reshape(p, (4, 1)).tolist(),
         "sympy's numbers": lambda p: [sympy.sympify(one) for one in np.asarray(p).tolist()],
         "a Matrix of sympy's": lambda p: sympy.Matrix([sympy.sympify(one) for one in np.asarray(p).tolist()]),
         "what eigenvals gives": lambda p: {sympy.sympify(one): 1 for one in np.asarray(p).tolist()},
@@ -438,7 +456,35 @@ ROUNDED.carry(
 )
 
 
+# --- the simulation of 3.11 by python-control -------------------------------------------------------------------------
+
+SIMULATED, SIMULATION = ("3.11", "response"), Ways("simulation")
+
+
+def forced_response(recording: Any, own: Mapping[Where, Any]) -> Any:
+    """The closed loop with the voltage as an output, by ``control.forced_response`` along the same command."""
+    A, B = with_actuator(own["2.14", "A"], own["2.14", "B"], srv02())
+    K = np.reshape(own["3.8", "K"], (1, 4))
+    C, D = np.vstack([np.eye(2, 4), -K]), [[0], [0], [K[0, 0]]]
+    loop = control.ss(A - B @ K, B * K[0, 0], C, D, inputs="theta_ref", outputs=["theta", "alpha", "vm"])
+    return control.forced_response(loop, recording.time, recording["theta_ref"])
+
+
+SIMULATION.add("by control.forced_response", {SIMULATED: forced_response})
+SIMULATION.add(
+    "by control.forced_response, its outputs taken one by one",
+    {
+        SIMULATED: lambda recording, own: Recording.of(
+            recording.time,
+            theta_ref=recording["theta_ref"],
+            **dict(zip(("theta", "alpha", "vm"), forced_response(recording, own).outputs, strict=True)),
+        )
+    },
+)
+
+
 WAYS: list[Way] = [*DERIVATION, *FUNCTIONS, *NUMBER_FORMS, *ARRAY_FORMS, *POLYNOMIAL_FORMS, *POLE_FORMS, *CHOICES]
+WAYS += SIMULATION
 WAYS += [*READINGS, *ROUNDED]
 
 

@@ -42,6 +42,7 @@ def refused(wanted, value, fragment):
 
 OMEGA_N = part("2.11", "omega_n")
 A = part("2.14", "A")
+C, D = part("2.14", "C"), part("2.14", "D")
 B = part("2.14", "B")
 K = part("3.8", "K")
 POLYNOMIAL = part("3.2", "polynomial")
@@ -72,6 +73,14 @@ def test_what_a_notebook_begins_with_is_no_answer():
     for wanted, nothing in nothings:
         with pytest.raises(NotAnswered):
             encode(wanted, nothing, SEED)
+
+
+@pytest.mark.parametrize(("wanted", "shape"), [(C, (4, 4)), (D, (4, 1)), (D, (4,))])
+def test_of_the_outputs_of_all_states_those_asked_for_are_recorded_and_it_is_said(wanted, shape):
+    given = np.arange(np.prod(shape)).reshape(shape)
+    back, encoded = through_json(wanted, given)
+    np.testing.assert_array_equal(back, given[:2].reshape(wanted.shape))
+    assert encoded.hints == ("the rows for theta and alpha are recorded; the others are not asked for",)
 
 
 @pytest.mark.parametrize(
@@ -362,7 +371,10 @@ def test_whatever_cannot_be_an_answer_is_refused():
         (SPECTRUM, "amplitude is complex", [lambda x, dt: (np.fft.rfftfreq(len(x), dt), np.fft.rfft(x))]),
         (SPECTRUM, "10 Hz", [lambda x, dt: (np.arange(100) * 1000 + 50, np.arange(100))]),
         (STATE_SPACE, "A is 3 × 3, not 4 × 4", [lambda *p: (np.eye(3), ones, eye, zeros)]),
-        (STATE_SPACE, "D is a single number, not 2 × 1", [lambda *p: (np.eye(4), ones, eye, 0)]),
+        (STATE_SPACE, "D is a single number, not 2 × 1, for theta and alpha", [lambda *p: (np.eye(4), ones, eye, 1)]),
+        (STATE_SPACE, "in discrete time", [lambda *p: control.ss(np.eye(4), np.ones((4, 1)), eye, 0, 0.002)]),
+        (C, "2 × 4 matrix, for theta and alpha; it is 3 × 4", [np.eye(3, 4)]),
+        (SWEEP, "Name the signals", [control.step_response(control.tf([1], [1, 1]))]),
         (FIGURE, "no curve", [Figure(), empty]),
         (FIGURE, "not a figure", [[1, 2, 3]]),
         (FIGURE, "9 diagrams; 8 at most", [plotted(9)]),

@@ -3,6 +3,7 @@
 import control
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from labcourse.grading.marks import Status
 from labcourse.grading.verdicts import Case
@@ -10,14 +11,18 @@ from rotflex import simulation
 from rotflex.course.questions import CATALOGUE
 from solutions import tolerances
 from solutions.design_checks import ArrayFrom, PolesFrom, StateSpaceFunction
+from solutions.key_modeling import VALIDATION
 from solutions.loop_checks import ClosedLoopPoles, GainPlaces
 from solutions.true_bench import TrueBench
 from solutions.wanted import desired_poles
 
 BENCH = TrueBench("ada")
 WANTED = [-12 + 16j, -12 - 16j, -30, -40]
-ASKED = [("2.14", "A"), ("2.18", "poles"), ("3.8", "K"), ("3.1", "stability"), ("2.13", "state_space")]
-A_PART, POLES_PART, K_PART, STABILITY_PART, FUNCTION_PART = (CATALOGUE.find(one).part(name) for one, name in ASKED)
+C = np.eye(2, 4)
+ASKED = [("2.14", "A"), ("2.14", "B"), ("2.18", "poles"), ("3.8", "K"), ("3.1", "stability"), ("2.13", "state_space")]
+A_PART, B_PART, POLES_PART, K_PART, STABILITY_PART, FUNCTION_PART = (
+    CATALOGUE.find(one).part(name) for one, name in ASKED
+)
 
 
 def written_out(K_s, J_l, J_eq, B_eq):
@@ -145,3 +150,26 @@ def test_a_function_that_is_right_for_one_joint_only_is_wrong():
 
     verdict = StateSpaceFunction().verdict(FUNCTION_PART, outputs(one_joint), Case(BENCH, _nothing, 7))
     assert verdict.share == 0.0 and "Look at row 4 of A" in verdict.reason
+
+
+@pytest.mark.parametrize("sample_time", [0.001, 0.002, 0.02])
+def test_a_model_in_discrete_time_is_named_as_what_it_is(sample_time):
+    A, B = model(BENCH.K_s)
+    sampled, euler = (control.c2d(control.ss(A, B, C, 0), sample_time, how) for how in ("zoh", "euler"))
+    for discrete in (sampled, euler):
+        assert "in discrete time" in verdict(VALIDATION["2.14"]["A"], A_PART, discrete.A).reason
+    given = verdict(VALIDATION["2.14"]["B"], B_PART, sampled.B, A=sampled.A)
+    assert given.status is Status.WRONG and "in discrete time" in given.reason
+    poles = np.linalg.eigvals(control.c2d(control.ss(*voltage_model(BENCH.K_s), C, 0), sample_time).A)
+    assert "in discrete time" in verdict(OPEN_LOOP, POLES_PART, poles).reason
+    functions = outputs(lambda m: m.update(A=expm(m["A"] * sample_time)))
+    said = StateSpaceFunction().verdict(FUNCTION_PART, functions, Case(BENCH, _nothing, 7))
+    assert said.status is Status.WRONG and "in discrete time" in said.reason
+
+
+def test_what_is_in_continuous_time_is_never_named_as_discrete():
+    A, _B = model(BENCH.K_s)
+    for wrong in (1.4 * A, A.T, np.eye(4), np.zeros((4, 4)), np.diag([1.0, 1, 1, 0]), expm(A * 0.002) * 1.1):
+        assert "discrete" not in verdict(VALIDATION["2.14"]["A"], A_PART, wrong).reason
+    for wrong in (np.array(WANTED), np.array([0, 1, 1, 1]), np.zeros(4), np.ones(4)):
+        assert "discrete" not in verdict(OPEN_LOOP, POLES_PART, wrong).reason

@@ -369,7 +369,7 @@ def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict 
     if not case.truth_is_known:
         return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
     for name, wanted in part.settings:
-        if value["metadata"].get(name) != wanted:
+        if value["metadata"].get(name, wanted) != wanted:
             return verdicts.wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
     try:
         claimed_run(value["metadata"])
