@@ -57,6 +57,23 @@ def positive(what: str, value: float, unit: str) -> float:
     return float(value)
 
 
+def real_array(what: str, values: Any, error: type[RotflexError] = ConfigurationError) -> Vector:
+    """Return a copy of ``values`` as an array of real numbers; imaginary parts within rounding are dropped.
+
+    Raises
+    ------
+    RotflexError
+        The ``error``, if they are anything else; the message calls them ``what``.
+    """
+    try:
+        array = np.real_if_close(np.array(values))  # pole placement may leave imaginary parts of 1e-17
+        if not np.iscomplexobj(array):
+            return array.astype(np.float64, copy=False)
+    except (TypeError, ValueError) as why:
+        raise error(f"{what} must be an array of numbers: {why}.") from None
+    raise error(f"{what} is complex: {array.tolist()}. Poles that are complex must come in conjugate pairs.")
+
+
 def finite_vector(what: str, values: Any, error: type[RotflexError] = ConfigurationError) -> Vector:
     """Return a copy of ``values``, an array (n,) of finite numbers.
 
@@ -65,10 +82,7 @@ def finite_vector(what: str, values: Any, error: type[RotflexError] = Configurat
     RotflexError
         The ``error``, if they are anything else; the message calls them ``what``.
     """
-    try:
-        vector = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as why:
-        raise error(f"{what} must be an array of numbers: {why}.") from None
+    vector = real_array(what, values, error)
     if vector.ndim != 1:
         raise error(f"{what} must be one-dimensional; its shape is {vector.shape}.")
     if not np.isfinite(vector).all():

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotflex.config import in_radians, one_of
-from rotflex.controller import Controller, name_of
-from rotflex.errors import BenchError, DesignError
+from rotflex.config import in_radians, one_of, real_array
+from rotflex.controller import Controller, name_of, runnable
+from rotflex.errors import BenchError
 from rotflex.hil.bench import Bench
 from rotflex.hil.controllers import OpenLoop, PositionServo, StateFeedback
 from rotflex.hil.loop import listen, run
@@ -203,9 +203,10 @@ def tracking(
     Parameters
     ----------
     bench : an open bench
-    controller : the gain K of a state feedback, (4,) or (1, 4), on theta, alpha (V/rad) and their rates (V/(rad/s)); or
-        a function (theta_ref, theta, alpha) → V, in rad, called every ``SAMPLE_TIME``. One that has a state also has a
-        method ``reset()``, which is called before the run
+    controller : the gain K of a state feedback, (4,), (1, 4) or (4, 1), on theta, alpha (V/rad) and their rates
+        (V/(rad/s)); or a function (theta_ref, theta, alpha) → V, in rad, called every ``SAMPLE_TIME``; or a discrete
+        system of python-control, see :mod:`rotflex.controller`. A function that has a state also has a method
+        ``reset()``, which is called before the run
     feedback : of a gain, "full", or "partial" (the servo's angle and rate only)
     amplitude : rad
     frequency : Hz
@@ -221,15 +222,15 @@ def tracking(
     Raises
     ------
     DesignError
-        If K is not four finite numbers, or a function returns anything but one number.
+        If K is not four finite real numbers, a system cannot be run, or a function returns anything but one number.
     """
     settings: dict[str, Any] = {"experiment": "tracking"}
     if callable(controller):
         one_of("feedback", feedback, ("full",))  # it is for a controller of one's own to leave an angle out
         settings["controller"] = name_of(controller)
     else:
-        gain, controller = controller, StateFeedback(controller, feedback, SAMPLE_TIME)
-        settings |= {"feedback": feedback, "K": np.asarray(gain, dtype=float).ravel().tolist()}
+        controller = StateFeedback(controller, feedback, SAMPLE_TIME)
+        settings |= {"feedback": feedback, "K": controller.K}
     turned = in_radians("amplitude", amplitude)
     theta_ref = smooth_square_wave(time_axis(duration, SAMPLE_TIME), frequency, turned, rate)
     return _run(bench, controller, theta_ref, settings, progress)
@@ -243,7 +244,7 @@ def follow(
     Parameters
     ----------
     bench : an open bench
-    controller : a function (theta_ref, theta, alpha) → V, in rad, see :func:`tracking`
+    controller : a function (theta_ref, theta, alpha) → V, in rad, or a discrete system, see :func:`tracking`
     reference : (n,) commanded servo angle, rad, one a sample
     sample_time : s, below the 0.2 s of the watchdog; at most 0.05 s on a real bench, which has a guard
     progress : show a progress bar when it takes longer than a second
@@ -261,7 +262,7 @@ def follow(
         If the reference is not a list of finite numbers, or the sample time is too long.
     """
     settings = {"experiment": "follow", "controller": name_of(controller)}
-    return _run(bench, controller, np.asarray(reference, dtype=float), settings, progress, sample_time)
+    return _run(bench, controller, real_array("The reference", reference, BenchError), settings, progress, sample_time)
 
 
 def watch(bench: Bench, duration: float = 10.0, progress: bool = True) -> Recording:
@@ -343,11 +344,8 @@ def _run(
 
     A bench of recordings gives the very angles of its own.
     """
-    made_for = getattr(controller, "sample_time", None)
-    if made_for is not None and not np.isclose(made_for, sample_time, rtol=1e-6):
-        raise DesignError(
-            f"The controller is made for a sample_time of {made_for:g} s; the run has {sample_time:g} s. Use the same."
-        )
+    if controller is not None:
+        controller = runnable(controller, sample_time)
     recorded = bench.connection.recorded
     if isinstance(recorded, RecordedRuns):
         recorded.choose(settings, controller, reference, sample_time)

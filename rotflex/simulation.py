@@ -23,7 +23,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from rotflex import __version__
-from rotflex.config import DAC_LIMIT, Servo, finite_vector, in_radians, one_of, positive
+from rotflex.config import DAC_LIMIT, Servo, finite_vector, in_radians, one_of, positive, real_array
 from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import ConfigurationError, DesignError, RecordingError
 from rotflex.plant import Plant, PlantParameters, State
@@ -116,7 +116,7 @@ def closed_loop(
     ----------
     A : (4, 4) state matrix, with the motor voltage as input
     B : (4,) or (4, 1) input matrix
-    K : (4,) or (1, 4) gain: V/rad for the angles, V/(rad/s) for the velocities
+    K : (4,), (1, 4) or (4, 1) gain: V/rad for the angles, V/(rad/s) for the velocities
     reference : (n,) commanded servo angle, rad, held from each sample to the next
     sample_time : s, of ``reference`` and of the result; in the ``workbook`` fidelity also the integration step
     feedback : "full", or "partial": alpha and alpha_dot are not fed back (Section 3.4.4)
@@ -143,7 +143,7 @@ def closed_loop(
     """
     A, B = matrices(A, B)
     B = B.reshape(4)
-    K, state = _matrix("K", K, [(4,), (1, 4)]).reshape(4), _matrix("x0", x0, [(4,), (4, 1)]).reshape(4)
+    K, state = _matrix("K", K, [(4,), (1, 4), (4, 1)]).reshape(4), _matrix("x0", x0, [(4,), (4, 1)]).reshape(4)
     theta_ref = _reference(reference)
     in_radians("reference", float(np.abs(theta_ref).max()))
     one_of("feedback", feedback, ("full", "partial"))
@@ -190,8 +190,8 @@ def run(
     Parameters
     ----------
     plant : the plant, see :class:`rotflex.plant.PlantParameters`
-    controller : function (theta_ref, theta, alpha) → V, in rad, see :mod:`rotflex.controller`. For a gain K it is
-        ``rotflex.hil.controllers.StateFeedback(K)``
+    controller : function (theta_ref, theta, alpha) → V, in rad, or a discrete system of python-control, see
+        :mod:`rotflex.controller`. For a gain K it is ``rotflex.hil.controllers.StateFeedback(K)``
     reference : (n,) commanded servo angle, rad, one per sample
     sample_time : s, for which each voltage is held
     x0 : (4,) initial state, rad and rad/s
@@ -204,7 +204,8 @@ def run(
     Raises
     ------
     DesignError
-        If the controller returns anything but one finite number, or x0 is not four numbers.
+        If the controller is made for another sample time or returns anything but one finite number, or x0 is not four
+        numbers.
     RecordingError
         If ``reference`` is not a vector of two or more finite numbers.
     ConfigurationError
@@ -212,7 +213,7 @@ def run(
     """
     theta_ref, state = _reference(reference), _matrix("x0", x0, [(4,), (4, 1)]).reshape(4)
     positive("sample_time", sample_time, "s")
-    moving, control = Plant(plant, State(*state.tolist())), begun(controller)
+    moving, control = Plant(plant, State(*state.tolist())), begun(controller, sample_time)
     theta, alpha, vm = (np.empty(theta_ref.size) for _signal in range(3))
     for k, theta_d in enumerate(theta_ref.tolist()):
         theta[k], alpha[k] = moving.state[:2]
@@ -411,13 +412,7 @@ def _recorded(experiment: str, settings: dict[str, Any], sample_time: float, **c
 
 def _matrix(name: str, value: Any, shapes: list[tuple[int, ...]]) -> Vector:
     wanted = " or ".join(str(shape) for shape in shapes)
-    try:
-        matrix = np.real_if_close(np.array(value))  # pole placement may leave imaginary parts of 1e-17
-        matrix = matrix if np.iscomplexobj(matrix) else matrix.astype(np.float64)
-    except (TypeError, ValueError):
-        raise DesignError(f"{name} must be an array of numbers of shape {wanted}; it is {value!r}.") from None
-    if np.iscomplexobj(matrix):
-        raise DesignError(f"{name} is complex: {value!r}. Poles that are complex must come in conjugate pairs.")
+    matrix = real_array(name, value, DesignError)
     if matrix.shape not in shapes:
         raise DesignError(f"{name} must have the shape {wanted}; its shape is {matrix.shape}. States: {STATES}.")
     if not np.isfinite(matrix).all():

@@ -141,7 +141,7 @@ FOUR = r"^{}\b.*\(4,.*{}.*'alpha_dot'"
         ({"A": np.eye(3)}, r"^A\b.*\(4, 4\).*\(3, 3\)"),
         ({"A": A * np.nan}, "^A.*not finite"),
         ({"B": B.reshape(1, 4)}, FOUR.format("B", r"\(1, 4\)")),
-        ({"K": K.reshape(4, 1)}, r"^K\b.*\(1, 4\).*\(4, 1\)"),
+        ({"K": K.reshape(2, 2)}, r"^K\b.*\(4, 1\).*\(2, 2\)"),
         ({"K": "K"}, "^K must.*'K'"),
         ({"K": K * (1 + 0.1j)}, "^K.*complex.*conjugate"),
         ({"x0": [0, 0]}, FOUR.format("x0", r"\(2,\)")),

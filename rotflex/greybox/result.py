@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import block_diag
 
 from rotflex import hil
-from rotflex.config import Joint, Servo
+from rotflex.config import Joint, Servo, real_array
 from rotflex.controller import Controller
+from rotflex.errors import BenchError
 from rotflex.greybox.bands import ANGLES, NEW_RUN, REACH, Band, Loop, in_degrees, largest_rms, less_drift
 from rotflex.greybox.problem import POSITIVE, Problem, changed, known, rms
 from rotflex.greybox.solving import MAY_BE_NONE, Chosen, search, student
@@ -193,8 +194,8 @@ class FitResult:
         Parameters
         ----------
         reference : (n,) commanded angle, rad, one per sample; V for an open loop
-        controller : function (theta_ref, theta, alpha) → V, see :mod:`rotflex.controller`; for an open loop
-            ``rotflex.hil.controllers.OpenLoop()``
+        controller : function (theta_ref, theta, alpha) → V, or a discrete system, see :mod:`rotflex.controller`; for an
+            open loop ``rotflex.hil.controllers.OpenLoop()``
         sample_time : s
         progress : show a progress bar when it takes longer than a second
 
@@ -209,7 +210,9 @@ class FitResult:
         least = _COUNTS * self.servo.K_enc / REACH
         left = np.maximum(least, np.max([_left(one.recording) for one in self.predictions], axis=0))
         spread = _SEVERAL.format(logs=len(self.predictions)) if len(self.predictions) > 1 else _ONE
-        loop = Loop(np.asarray(reference, dtype=float), controller, sample_time, bench, size, left, spread)
+        loop = Loop(
+            real_array("The reference", reference, BenchError), controller, sample_time, bench, size, left, spread
+        )
         return loop.band(np.zeros(size), np.eye(size), left, progress)
 
     def bench(self, uri: str = "virtual", run: int = FIRST_RUN) -> Bench:

@@ -330,12 +330,14 @@ class Bench:
         Raises
         ------
         BenchError
-            If the voltage is not a finite number, or the bench is not sampling; the motor is at 0 V then.
+            If the voltage is not a finite real number, or the bench is not sampling; the motor is at 0 V then.
         LimitExceeded
             If it exceeds the lower limit of a bench that has not been commissioned; the motor is at 0 V then.
         HILError
             If the board refuses it, as when its watchdog has expired.
         """
+        if np.iscomplexobj(voltage):  # numpy's compare, and lose their imaginary part on the way to the board
+            self._end(BenchError(f"The controller asked for {voltage} V; a voltage is a real number."))
         most = self._v_max
         applied = min(max(voltage, -most), most)
         if applied != voltage:

@@ -1,6 +1,7 @@
 """Controllers: each turns a reference and two measured angles into a motor voltage, once a sample.
 
-Any function ``(reference, theta, alpha) -> V`` is one, see :mod:`rotflex.controller`; here are the laboratory's own.
+Any function ``(reference, theta, alpha) -> V`` is one, and so is a discrete system of python-control, see
+:mod:`rotflex.controller`; here are the laboratory's own.
 
 Velocities are not measured; they come from the angles through band-limited derivatives (Section 2.1.4).
 """
@@ -14,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rotflex.config import DAC_LIMIT, one_of
-from rotflex.controller import Controller
+from rotflex.config import DAC_LIMIT, one_of, real_array
+from rotflex.controller import Controller, runnable
 from rotflex.errors import DesignError
 from rotflex.simulation import DERIVATIVE_CUTOFF
 
@@ -71,7 +72,7 @@ class StateFeedback:
 
     Parameters
     ----------
-    K : (4,) or (1, 4), gain on theta, alpha (V/rad), theta_dot, alpha_dot (V/(rad/s))
+    K : (4,), (1, 4) or (4, 1), gain on theta, alpha (V/rad), theta_dot, alpha_dot (V/(rad/s))
     feedback : "full", or "partial", which leaves out alpha and alpha_dot (Section 3.4.4)
     sample_time : s
     cutoff : of the derivatives, rad/s
@@ -88,13 +89,11 @@ class StateFeedback:
         self, K: ArrayLike, feedback: str = "full", sample_time: float = 0.002, cutoff: float = DERIVATIVE_CUTOFF
     ) -> None:
         one_of("feedback", feedback, FEEDBACK)
-        try:
-            gain = np.asarray(K, dtype=float)
-        except (TypeError, ValueError):
-            gain = np.array(math.nan)
-        if gain.shape not in ((4,), (1, 4)) or not np.isfinite(gain).all():
+        gain = real_array("K, four numbers for theta, alpha and their rates,", K, DesignError)
+        if gain.shape not in ((4,), (1, 4), (4, 1)) or not np.isfinite(gain).all():
             raise DesignError(f"K must be four finite numbers, for theta, alpha and their rates; it is {K!r}.")
         gain = gain.ravel()
+        self.K: list[float] = gain.tolist()
         if feedback == "partial":
             gain = gain * (1, 0, 1, 0)
         self._gain: tuple[float, ...] = tuple(gain.tolist())
@@ -113,7 +112,10 @@ class StateFeedback:
         return k_1 * (reference - theta) - k_2 * alpha - k_3 * self._theta_dot(theta) - k_4 * self._alpha_dot(alpha)
 
     def system(self) -> StateSpace:
-        """Return the controller as a discrete system of python-control, from theta and alpha to the voltage."""
+        """Return the controller as a discrete system of python-control, from theta and alpha to the voltage.
+
+        Run as a controller, the system gets theta - theta_ref for theta: its rate is that of the error, too.
+        """
         angles, rates = np.array([self._gain[:2]]), np.array([self._gain[2:]])
         w_c, passed, I = self._cutoff, self._cutoff * self.sample_time, np.eye(2)
         return _system((1 - passed) * I, passed * I, w_c * rates, -angles - w_c * rates, self.sample_time)
@@ -140,10 +142,8 @@ class ObserverFeedback:
     """
 
     def __init__(self, Phi: ArrayLike, Gamma: ArrayLike, L: ArrayLike, K: ArrayLike, sample_time: float) -> None:
-        try:
-            self.Phi, self.Gamma, self.L, self.K = (np.array(matrix, dtype=float) for matrix in (Phi, Gamma, L, K))
-        except (TypeError, ValueError):
-            raise DesignError("Phi, Gamma, L and K must be arrays of real numbers.") from None
+        given = {"Phi": Phi, "Gamma": Gamma, "L": L, "K": K}
+        self.Phi, self.Gamma, self.L, self.K = (real_array(*item, DesignError) for item in given.items())
         n = self.Phi.shape[0] if self.Phi.ndim else 0
         self.Gamma, self.K = self.Gamma.ravel(), self.K.ravel()
         shapes = self.Phi.shape == (n, n) and self.Gamma.shape == self.K.shape == (n,)
@@ -195,9 +195,10 @@ class TwoDegreesOfFreedom:
     """
 
     def __init__(self, controller: Controller, feedforward: ArrayLike = (), rate: float = 0.0) -> None:
-        self.sample_time: float = getattr(controller, "sample_time", 0.002)
-        self._controller, self._step = controller, rate * self.sample_time
-        self._feedforward: list[float] = np.asarray(feedforward, dtype=float).ravel().tolist()
+        self._controller = runnable(controller)
+        self.sample_time: float = getattr(self._controller, "sample_time", None) or 0.002
+        self._step = rate * self.sample_time
+        self._feedforward: list[float] = real_array("The feed-forward", feedforward, DesignError).ravel().tolist()
         self.reset()
 
     def reset(self) -> None:

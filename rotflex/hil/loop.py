@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotflex import __version__
+from rotflex.config import real_array
 from rotflex.controller import Controller, begun, name_of
 from rotflex.errors import BenchError, MotorNotStopped
 from rotflex.hil.bench import Bench, Measurement
@@ -45,7 +46,8 @@ def run(
     Parameters
     ----------
     bench : an open bench
-    controller : a function (reference, theta, alpha) → V, see :mod:`rotflex.controller`
+    controller : a function (reference, theta, alpha) → V, or a discrete system of python-control, see
+        :mod:`rotflex.controller`
     reference : (n,) array, rad (V for an open loop)
     sample_time : s
     metadata : what the recording should say of the experiment
@@ -60,13 +62,13 @@ def run(
     Raises
     ------
     DesignError
-        If the controller returns anything but one number.
+        If the controller is made for another sample time, or returns anything but one number.
     BenchError
         If the reference is not a list of finite numbers, if the bench is a replay of another run, if it is a real one
         that was not commissioned, or of which nobody knows where its arm stands, or for what the bench raises; the
         motor is at 0 V.
     """
-    targets = np.asarray(reference, dtype=float)
+    targets = real_array("The reference", reference, BenchError)
     if targets.ndim != 1 or targets.size < 2 or not np.isfinite(targets).all():
         raise BenchError("The reference must be a one-dimensional array of at least two finite numbers.")
     targets = np.round(targets, _DIGITS)
@@ -113,7 +115,7 @@ def listen(bench: Bench, samples: int, sample_time: float, metadata: Mapping[str
 def _sampled(bench: Bench, controller: Controller, targets: Vector, described: dict[str, Any], progress: bool) -> Array:
     """Return theta, alpha, vm and the torque on the link (4, n) of a run; a replay begins at its beginning."""
     bench.recorder.forget()
-    checked = begun(controller)
+    checked = begun(controller, described["sample_time"])
     stored = Stored(targets.size, bench.recorder.folder, described)
     if bench.connection.recorded is not None:
         bench.connection.recorded.rewind()

@@ -286,7 +286,7 @@ def voltages(recording: Recording, controller: Controller, reference: Vector, v_
 
     There are as many as reference and recording both have samples. NaN becomes inf, which equals no recorded voltage.
     """
-    controller = begun(controller)
+    controller = begun(controller, recording.sample_time)
     samples = zip(reference.tolist(), recording["theta"].tolist(), recording["alpha"].tolist(), strict=False)
     clipped = [min(max(controller(target, theta, alpha), -v_max), v_max) for target, theta, alpha in samples]
     result: Vector = np.nan_to_num(np.array(clipped), nan=math.inf)

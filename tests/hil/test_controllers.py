@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete, lfilter
 
-from rotflex.errors import ConfigurationError, DesignError
+from rotflex import experiments, hil, simulation
+from rotflex.controller import runnable
+from rotflex.errors import BenchError, ConfigurationError, DesignError
 from rotflex.hil.controllers import (
     DERIVATIVE_CUTOFF,
     BandLimitedDerivative,
@@ -21,6 +23,8 @@ from rotflex.hil.controllers import (
     StateFeedback,
     TwoDegreesOfFreedom,
 )
+from rotflex.hil.loop import run
+from rotflex.hil.student_benches import student_bench
 
 SAMPLE_TIME = 0.002
 GAIN = [18.24, -17.15, 1.59, 0.63]
@@ -83,15 +87,18 @@ def test_the_gain_may_be_a_row_and_reset_forgets_the_past():
     controller = StateFeedback(GAIN)
     first = respond(controller, samples)
     assert StateFeedback(GAIN)(0.0, 0.0, 0.1) == pytest.approx(1.715)
-    for other in (controller, *map(StateFeedback, (np.array(GAIN), [GAIN], np.array([GAIN]), tuple(GAIN)))):
-        np.testing.assert_array_equal(respond(other, samples), first)
+    column = np.array(GAIN)[:, np.newaxis] + 1e-17j  # as pole placement may leave it
+    for K in (np.array(GAIN), [GAIN], np.array([GAIN]), tuple(GAIN), column, np.array(GAIN).view(np.matrix)):
+        np.testing.assert_array_equal(respond(StateFeedback(K), samples), first)
+    np.testing.assert_array_equal(respond(controller, samples), first)
+    assert StateFeedback([18, -17, 2, 1])(1, 0, 0) == 18
     open_loop = OpenLoop()
     assert open_loop(1.25, 3.0, -2.0) == 1.25
 
 
 def test_gains_are_finite_numbers_and_feedback_full_or_partial():
-    shapes = [None, 1.0, [], GAIN[:3], [*GAIN, 1.0], [[18, -17], [1.6, 0.6]], [[k] for k in GAIN]]
-    for K in [*shapes, [1, 2, 3, math.nan], "gain"]:
+    shapes = [None, 1.0, [], GAIN[:3], [*GAIN, 1.0], [[18, -17], [1.6, 0.6]]]
+    for K in [*shapes, [1, 2, 3, math.nan], "gain", np.array(GAIN) * (1 + 0.1j)]:
         with pytest.raises(DesignError, match="four"):
             StateFeedback(K)
     for gains in ((math.nan, 1.0), (1.0, math.inf)):
@@ -159,7 +166,7 @@ def test_an_observer_that_does_not_fit_its_model_is_refused_with_the_shapes():
     for wrong in ({"K": K_5[:4]}, {"L": L_SERVO[:, 0]}, {"L": np.ones((5, 3))}, {"Gamma": GAMMA[1:]}, {"Phi": None}):
         with pytest.raises(DesignError, match=r"For a model with \d states"):
             ObserverFeedback(**({"Phi": PHI, "Gamma": GAMMA, "L": L_SERVO, "K": K_5, "sample_time": 0.02} | wrong))
-    for wrong, named in (("gain", "real numbers"), ([math.nan] * 5, "not finite")):
+    for wrong, named in (("gain", "numbers"), (np.array(K_5) * 1j, "complex"), ([math.nan] * 5, "not finite")):
         with pytest.raises(DesignError, match=named):
             ObserverFeedback(PHI, GAMMA, L_SERVO, wrong, 0.02)
 
@@ -182,3 +189,112 @@ def test_the_integrator_takes_its_step_from_the_controller_and_stops_at_the_volt
     assert wound(0.1, 0, 0) == pytest.approx(2.0)  # nothing was summed up
     held = respond(wound, [(0.0, 0.4, 0), (-1.0, -0.9, 0), (0.0, 0.0, 0)])
     assert held[2] == pytest.approx(20 * 0.004 * (-0.4 - 0.1 + 0))
+
+
+# --- systems of python-control ---
+
+THETA_REF, THETA, ALPHA = np.random.default_rng(5).normal(0, 0.1, (3, 50))
+A_2, B_3 = [[0.9, 0.1], [-0.2, 0.7]], [[1.0, 0.5, -0.3], [0.2, -1.0, 0.8]]
+
+
+def state_space(inputs: int, names: list[str] | None = None, dt: float | bool | None = 0.002) -> control.StateSpace:
+    B, D = np.array(B_3)[:, :inputs], [[3.0, -2.0, 0.5][:inputs]]
+    return control.StateSpace(A_2, B, [[2.0, -1.0]], D, dt, inputs=names)
+
+
+IN_ANY_ORDER = ["alpha", "theta_ref", "theta"]
+LAG = control.tf([3.0, -2.8], [1.0, -0.6], 0.002)
+ROW = control.tf([[[2.0, -1.0], [0.5]]], [[[1.0, 0.3], [1.0, -0.2, 0.1]]], 0.002, inputs=["theta_ref", "alpha"])
+SYSTEMS = {
+    "three by name": (state_space(3, IN_ANY_ORDER), [ALPHA, THETA_REF, THETA]),
+    "three without": (state_space(3), [THETA_REF, THETA, ALPHA]),
+    "two with the minus inside": (state_space(2, ["alpha", "theta"]), [ALPHA, THETA - THETA_REF]),
+    "the error": (state_space(1), [THETA_REF - THETA]),
+    "of any sample time": (state_space(1, ["e"], dt=True), [THETA_REF - THETA]),
+    "a gain": (control.ss([], [], [], [[5.0]]), [THETA_REF - THETA]),
+    "a transfer function": (LAG, [THETA_REF - THETA]),
+    "a row of them": (ROW, [THETA_REF, ALPHA]),
+}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_system_as_a_controller_does_what_python_control_says(name):
+    system, signals = SYSTEMS[name]
+    time = 0.002 * np.arange(THETA.size)
+    columns = [system[0, place] for place in range(system.ninputs)]  # of a row, python-control would need Slycot
+    parts = [control.forced_response(one, time, given).outputs for one, given in zip(columns, signals, strict=True)]
+    controller = runnable(system, 0.002)
+    for _run in range(2):  # from a state of zero, again after a reset
+        found = respond(controller, zip(THETA_REF, THETA, ALPHA, strict=True))
+        np.testing.assert_allclose(found, np.sum(parts, axis=0), atol=1e-12)
+
+
+def test_systems_run_wherever_controllers_do_and_set_what_python_control_says():
+    system, command = StateFeedback(GAIN).system(), 0.2 * np.sin(3 * np.arange(0, 1, 0.002))
+    with hil.open("virtual:?preset=workbook") as bench:
+        runs = [
+            experiments.tracking(bench, system, duration=2.5, progress=False),
+            experiments.follow(bench, system, command, progress=False),
+            run(bench, TwoDegreesOfFreedom(system), command, progress=False),
+            simulation.run(student_bench(3).parameters, system, command),
+        ]
+    for recording in runs:
+        angles = [recording["theta"] - recording["theta_ref"], recording["alpha"]]
+        asked = control.forced_response(system, recording.time, angles).outputs
+        np.testing.assert_allclose(recording["vm"], np.clip(np.ravel(asked), -10, 10), atol=1e-9)
+        assert np.ptp(recording["theta"]) > 0.1
+    assert runs[0].metadata["controller"] == "StateSpace"
+
+
+def create_statefbk() -> control.StateSpace:
+    states = ["theta", "alpha", "theta_dot", "alpha_dot"]
+    plant = control.StateSpace(np.diag([1.0, 2, 3, 4]), np.ones((4, 1)), np.eye(4), 0, outputs=states)
+    return control.create_statefbk_iosystem(plant, np.array([GAIN]))[0]
+
+
+MENDED = {
+    "continuous": control.tf([2.0, 30.0], [1.0, 60.0]),
+    "two without names": state_space(2),
+    "three, one of another name": state_space(3, ["theta_ref", "theta", "beta"]),
+    "two outputs": control.StateSpace(A_2, [[1.0], [0.0]], np.eye(2), 0, 0.002),
+    "not causal": control.tf([1.0, 0, 0], [1.0, 0.5], 0.002),
+    "20 ms": state_space(1, dt=0.02),
+    "create_statefbk_iosystem": create_statefbk(),
+}
+
+
+@pytest.mark.parametrize("name", MENDED)
+def test_a_system_that_cannot_be_run_is_refused_with_the_line_that_makes_it_right(name):
+    with hil.open("virtual:?preset=workbook") as bench:
+        with pytest.raises(DesignError) as refused:
+            experiments.tracking(bench, MENDED[name], duration=0.1, progress=False)
+        mended = {"control": control, "controller": MENDED[name].copy(), "K": GAIN}
+        mended |= {"experiments": experiments, "bench": bench, "reference": np.zeros(10)}
+        exec(str(refused.value).rsplit(": ", 1)[1].partition(", or StateFeedback")[0], mended)
+        if name not in ("20 ms", "create_statefbk_iosystem"):  # there the line is the run
+            experiments.tracking(bench, mended["controller"], duration=0.1, progress=False)
+
+
+def test_imaginary_parts_reach_no_motor():
+    K, turned = np.array(GAIN) * (1 + 0.1j), np.full(50, 0.1 + 0.2j)
+    with_imaginary = state_space(1)
+    with_imaginary.C = with_imaginary.C + 1j
+    with hil.open("virtual:?preset=workbook") as bench:
+        ways = [
+            lambda: experiments.tracking(bench, K, progress=False),
+            lambda: experiments.tracking(bench, with_imaginary, progress=False),
+            lambda: experiments.tracking(bench, lambda *angles: np.complex128(1 + 1j), progress=False),
+            lambda: experiments.tracking(bench, GAIN, amplitude=0.1 + 0.1j, progress=False),
+            lambda: experiments.follow(bench, StateFeedback(GAIN), turned, progress=False),
+            lambda: experiments.sweep(bench, drive="voltage", amplitude=0.5 + 0.5j, progress=False),
+            lambda: run(bench, OpenLoop(), turned, progress=False),
+            lambda: TwoDegreesOfFreedom(StateFeedback(GAIN), turned),
+        ]
+        for way in ways:
+            with pytest.raises((DesignError, BenchError), match=r"complex|j\b"):
+                way()
+        bench.start(0.002)
+        bench.read()
+        with pytest.raises(BenchError, match="real"):
+            bench.write(np.complex128(1 + 1j))
+        assert bench.board.terminals.commanded[0] == 0.0
