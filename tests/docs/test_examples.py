@@ -1,11 +1,14 @@
 """The documentation: links lead somewhere, Python runs, commands and their options exist.
 
 The ``python`` fences of a page are run one after the other, as in one session, in an empty folder. One that cannot
-stand alone has its reason in the line before, ``<!-- not run: … -->``. What a page takes as given is prepared here.
+stand alone has its reason in the line before, ``<!-- not run: … -->``. One that needs a package which is not always
+there names it, ``<!-- needs slycot: … -->``; without it, the page's test is skipped in the end, with this reason. What
+a page takes as given is prepared here.
 What stands in a ``text`` fence after ``<!-- printed -->`` is what the Python before it prints.
 """
 
 import functools
+import importlib.util
 import re
 import shlex
 import sys
@@ -25,7 +28,11 @@ ELSEWHERE = ROOT / "docs" / "new_course.md"  # what it says is done in test_new_
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)
 NOT_RUN = re.compile(r"<!-- not run: (.+?) -->\s*$")
+NEEDS = re.compile(r"<!-- needs (\w+): .+? -->\s*$")
 PRINTED = re.compile(r"\s*<!-- printed -->\s*```text\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+LACKING = " is not installed"
 
 
 def fences(path, *languages):
@@ -35,8 +42,10 @@ def fences(path, *languages):
         if found["language"] in languages:
             margin = len(found["margin"])
             code = "\n".join(line[margin:] for line in found["code"].split("\n"))
-            reason = NOT_RUN.search(text[: found.start()])
-            yield text.count("\n", 0, found.start()) + 2, code, reason[1] if reason else ""
+            before = text[: found.start()]
+            reason, needed = NOT_RUN.search(before), NEEDS.search(before)
+            lacks = f"{needed[1]}{LACKING}" if needed and importlib.util.find_spec(needed[1]) is None else ""
+            yield text.count("\n", 0, found.start()) + 2, code, reason[1] if reason else lacks
 
 
 def printed(path):
@@ -119,6 +128,8 @@ def test_python_runs(path, tmp_path, monkeypatch, capsys):
             out = capsys.readouterr().out
             assert out == said.pop(line + code.count("\n") - 1, out), f"line {line}"
     assert not said
+    if lacking := [f"line {line}: {why}" for line, _code, why in fences(path, "python") if why.endswith(LACKING)]:
+        pytest.skip("All else ran. " + ", ".join(lacking))
 
 
 def commands(path):
