@@ -166,3 +166,10 @@ def test_a_system_of_python_control_will_do_in_place_of_the_matrices():
     K = design.gain_by_place(PRINTED, WANTED)
     assert_array_equal(K, design.gain_by_place(PRINTED.A, PRINTED.B, WANTED))
     assert model.controllability(PRINTED).rank == 4
+
+
+@ROUTES
+def test_poles_may_be_a_column(gain_by):
+    column = np.reshape(WANTED, (4, 1))
+    assert_array_equal(gain_by(PRINTED, column), gain_by(PRINTED, WANTED))
+    assert model.stability(column) == model.stability(WANTED) == "stable"
