@@ -174,7 +174,7 @@ def run_experiment(
 
     It fails, with the recording saved, where too many samples came late.
     """
-    from rotflex import hil, unanswered
+    from rotflex import hil
     from rotflex.recording import saved_ending
 
     saved_ending(out)
@@ -186,11 +186,7 @@ def run_experiment(
         recording = chosen(opened)
         opened.recorder.save_whole(recording, lambda whole: whole.save(out))
     typer.echo(f"{len(recording)} samples are in {out}.")
-    if late := unanswered.in_words(recording.metadata, len(recording)):
-        typer.echo(late, err=True)
-    if abs(drift := unanswered.drift_of(recording.metadata)) > unanswered.DRIFT:
-        typer.echo(f"{unanswered.of_clock(drift)} All times and frequencies may be off by as much.", err=True)
-    if unanswered.too_many(recording.metadata, len(recording)):
+    if any(doubt.refuses for doubt in recording.doubts):  # the experiment has said it
         raise typer.Exit(1)
 
 
@@ -351,18 +347,13 @@ def fit_twin(
 
 
 def _check_fit(path: str, recording: Recording) -> None:
-    """Raise IdentificationError where nothing moves in a recording, or too many samples came late; print how many."""
-    from rotflex import unanswered
+    """Raise IdentificationError where nothing moves in a recording, or it is not to be relied on."""
     from rotflex.identification import channel
 
     try:
         channel(recording, "theta"), channel(recording, "alpha")
     except IdentificationError as error:
         raise IdentificationError(f"{path}: {error} Leave it out.") from None
-    if late := unanswered.in_words(recording.metadata, len(recording)):
-        if unanswered.too_many(recording.metadata, len(recording)):
-            raise IdentificationError(f"{path}: {late} Record it again, or leave it out.")
-        typer.echo(f"{path}: {late}", err=True)
 
 
 def _recorded(every: Mapping[str, Recording], name: str, default: Any) -> Any:

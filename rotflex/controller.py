@@ -75,8 +75,7 @@ class SystemController:
             for name, matrix in zip("ABCD", matrices, strict=True)
         )
         self._B, self._D = B @ inputs, D @ inputs
-        has_time = system.dt is not None and system.dt is not True and system.dt > 0
-        self.sample_time = float(system.dt) if has_time else None
+        self.sample_time = None if system.dt in (None, 0) or system.dt is True else float(system.dt)
         self.reset()
 
     def reset(self) -> None:
@@ -131,7 +130,7 @@ def _matrices(system: Any) -> tuple[Array, Array, Array, Array]:
     return system.A, system.B, system.C, system.D
 
 
-def runnable(controller: Any, sample_time: float | None = None) -> Controller:
+def runnable(controller: Controller, sample_time: float | None = None) -> Controller:
     """Return a controller that can be called: itself, or a system as a :class:`SystemController`.
 
     Parameters
@@ -156,11 +155,10 @@ def runnable(controller: Any, sample_time: float | None = None) -> Controller:
             f"The controller is made for a sample_time of {made_for:g} s; the run has {sample_time:g} s. Design it for "
             f"that, or use its own: experiments.follow(bench, controller, reference, sample_time={made_for:g})"
         )
-    made: Controller = controller
-    return made
+    return controller
 
 
-def begun(controller: Any, sample_time: float | None = None) -> Controller:
+def begun(controller: Controller, sample_time: float | None = None) -> Controller:
     """Reset a controller, and return a function that checks what it returns.
 
     Raises

@@ -62,6 +62,10 @@ class IdentificationError(RotflexError, ValueError):
     """Data from which the asked-for quantity cannot be found."""
 
 
+class DoubtfulRecording(UserWarning):
+    """A recording is measured on, and there is a reason to doubt it: see :mod:`rotflex.doubts`."""
+
+
 class DesignError(RotflexError, ValueError):
     """A control design that cannot be done."""
 

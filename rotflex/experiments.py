@@ -342,7 +342,7 @@ def _run(
 ) -> Recording:
     """Run a controller that is made for this sample time, or listen without one; tell who stores the recording.
 
-    A bench of recordings gives the very angles of its own.
+    A bench of recordings gives the very angles of its own. With ``progress``, doubts about the recording are printed.
     """
     if controller is not None:
         controller = runnable(controller, sample_time)
@@ -361,6 +361,8 @@ def _run(
         measured = recorded.exactly(measured)
     if bench.recorder.on_recorded is not None:
         bench.recorder.on_recorded(measured)
+    if progress and measured.doubts:
+        print(*measured.doubts, sep="\n")
     return measured
 
 

@@ -21,6 +21,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotflex import doubts
+from rotflex.config import finite_vector
 from rotflex.errors import IdentificationError
 from rotflex.recording import Recording
 from rotflex.units import DEG, HZ, Vector
@@ -68,8 +70,9 @@ def channel(recording: Recording, name: str, may_be_constant: bool = False) -> V
     Raises
     ------
     IdentificationError
-        If the recording lacks it, or if it is too short or constant.
+        If the recording lacks it or is not to be relied on (:mod:`rotflex.doubts`), or if it is too short or constant.
     """
+    doubts.require_reliable(recording.doubts)
     if name not in recording:
         raise IdentificationError(
             f"This needs the channel {name!r}; the recording has {', '.join(recording.channels)}."
@@ -91,9 +94,7 @@ def _signal(what: str, values: ArrayLike, may_be_constant: bool = False) -> Vect
     IdentificationError
         If it is no vector of finite numbers, or too short or constant.
     """
-    signal = np.asarray(values, dtype=float)
-    if signal.ndim != 1 or not np.isfinite(signal).all():
-        raise IdentificationError(f"{what} must be a vector of finite numbers; its shape is {signal.shape}.")
+    signal = finite_vector(what, values, IdentificationError)
     if signal.size < _FEWEST_SAMPLES:
         raise IdentificationError(f"{what} has {signal.size} samples; at least {_FEWEST_SAMPLES} are needed.")
     if not may_be_constant and np.ptp(signal) == 0:
@@ -191,6 +192,7 @@ def frequency_response(
 
     outputs = (output,) if isinstance(output, str) else tuple(output)
     if isinstance(data, Recording):
+        doubts.warn(data.doubts)
         x, rows, dt = channel(data, input), [channel(data, name) for name in outputs], data.sample_time
     else:
         given: Any = [data[1]] if isinstance(output, str) else data[1]
@@ -326,6 +328,7 @@ def logarithmic_decrement(
         If there are fewer than six turning points above the floor, or the swing does not decay.
     """
     if isinstance(data, Recording):
+        doubts.warn(data.doubts)
         x, dt = channel(data, "alpha"), data.sample_time
         theta = data["theta"] if "theta" in data else np.zeros(x.size)
         standing = max(_STANDS_WITHIN * np.ptp(theta), _GIVES_WAY * np.abs(x).max())

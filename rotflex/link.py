@@ -10,7 +10,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rotflex.units import DEG, HZ, Vector
+
+NATURAL = (1.5 * HZ, 6.0 * HZ)  #: rad/s: no arm position and spring of the joint is outside
+_DAMPING = 0.6  # 1/s, B_l/J_l; it says little of where the best frequency is
+#: of the deflection, that is left over: at most 0.17 on logs of the joint, and 1.9 on one of a flexible link
+OTHER_MECHANISM = 0.5
+_SPACING = 0.05 * HZ  # of the first search
+_STILL = 0.4 * DEG  # RMS of the deflection, below which it is counts and little else
+_FEWEST = 200  # samples, to tell anything by
+_SLOWEST = 0.0101  # s, between samples: beyond, what the servo did between two of them is not known well enough
 _BRIDGED = 5  # lost samples: a hundredth of a second, in which the servo goes straight on
+
+
+def can_be_judged(alpha: Vector, vm: Vector, dt: float) -> bool:
+    """Return whether the arm moves enough, in enough samples that are close enough, and not at 0 V, as by a hand."""
+    return alpha.size >= _FEWEST and dt <= _SLOWEST and float(np.std(alpha)) >= _STILL and bool(vm.any())
 
 
 def residual(
@@ -59,21 +74,18 @@ def _free_swings(denominator: NDArray[np.float64], came: NDArray[np.bool_]) -> N
     return swings
 
 
-def natural_frequency(
-    theta: ArrayLike, alpha: ArrayLike, dt: float, damping: float, within: tuple[float, float], spacing: float
-) -> tuple[float, float]:
+def natural_frequency(theta: ArrayLike, alpha: ArrayLike, dt: float, damping: float = _DAMPING) -> tuple[float, float]:
     """Return the sqrt(K_s/J_l), rad/s, that fits best, and its residual.
 
     Parameters
     ----------
     theta, alpha, dt, damping : as for :func:`residual`
-    within, spacing : range and spacing of the first search, rad/s; the result may lie one spacing beyond
     """
     from scipy.optimize import minimize_scalar
 
     def residual_at(omega: float) -> float:
         return residual(theta, alpha, dt, omega**2, damping)
 
-    nearest = float(min(np.arange(*within, spacing), key=residual_at))
-    found = minimize_scalar(residual_at, bounds=(nearest - spacing, nearest + spacing), method="bounded")
+    nearest = float(min(np.arange(*NATURAL, _SPACING), key=residual_at))
+    found = minimize_scalar(residual_at, bounds=(nearest - _SPACING, nearest + _SPACING), method="bounded")
     return float(found.x), float(found.fun)

@@ -20,6 +20,7 @@ import json
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -28,6 +29,7 @@ import numpy as np
 
 from rotflex import files, recording_files, unanswered
 from rotflex.config import finite_vector
+from rotflex.doubts import UNEVEN, Doubt, of_recording
 from rotflex.errors import RecordingError
 from rotflex.units import DEG, Vector
 
@@ -54,7 +56,6 @@ UNITS = {
 PUSHED = "tau_link"  #: the channel of the torque that pushed the link, N·m
 _ACTING = ("theta_ref", "vm", PUSHED)  # on the bench: the inputs of a response
 _OTHER = "other_channels"  # in a file's description: those that it has no usual place for, name → unit
-_SAMPLE_TIME_TOLERANCE = 1e-3  # of the sample time; a log's time column carries rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,7 @@ class Recording:
             raise RecordingError(f"A recording needs at least two samples; this one has {time.size}.")
         steps = np.diff(time)
         period = float(np.median(steps))
-        if period <= 0 or np.abs(steps - period).max() > _SAMPLE_TIME_TOLERANCE * period + 1e-9:
+        if period <= 0 or np.abs(steps - period).max() > UNEVEN * period + 1e-9:
             worst = int(np.argmax(np.abs(steps - period)))
             raise RecordingError(
                 f"The time is not evenly increasing: after t = {time[worst]:.6g} s comes {time[worst + 1]:.6g} "
@@ -153,7 +154,8 @@ class Recording:
     def __repr__(self) -> str:
         duration = self.time[-1] - self.time[0]
         listed = ", ".join(f"{name} ({channel.unit})" for name, channel in self.channels.items())
-        return f"<Recording: {duration:g} s at {self.sample_time * 1e3:g} ms; {listed}>"
+        doubted = "".join(f"; doubt: {doubt.code}" for doubt in self.doubts)
+        return f"<Recording: {duration:g} s at {self.sample_time * 1e3:g} ms; {listed}{doubted}>"
 
     def _repr_html_(self) -> str:
         """A table of the channels, angles in degrees, for a notebook."""
@@ -167,13 +169,19 @@ class Recording:
         about = f"{self.time[-1] - self.time[0]:g} s at {self.sample_time * 1e3:g} ms, {len(self)} samples"
         return (
             f"<table><caption>Recording: {about}</caption><thead><tr>{heads}</tr></thead>"
-            f"<tbody>{''.join(rows)}</tbody></table>"
+            f"<tbody>{''.join(rows)}</tbody></table>{''.join(f'<p>{html.escape(str(one))}</p>' for one in self.doubts)}"
         )
 
     @property
     def sample_time(self) -> float:
         """Sample time, s."""
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
+
+    @cached_property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """Reasons why the recording may not be relied on, see :mod:`rotflex.doubts`; empty where there is none."""
+        signals = {name: channel.values for name, channel in self.channels.items()}
+        return tuple(of_recording(self.time, signals, self.metadata))
 
     def degrees(self, name: str) -> Vector:
         """Samples (n,) of an angle, in degrees, for plots and tables."""

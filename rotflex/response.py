@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rotflex.doubts import Doubt, require_reliable
 from rotflex.errors import ConfigurationError, IdentificationError
 from rotflex.recording import Recording
 from rotflex.specifications import SETTLING_BAND, SPECIFICATIONS, Specification
@@ -57,6 +58,7 @@ class StepResponse:
     steady_state_error : commanded minus measured angle at rest, rad
     max_alpha, max_vm : largest magnitude of the link's deflection, rad, and of the motor voltage, V
     remark : in words, what kept a figure from being measured; empty when all is well
+    doubts : about the recording, see :mod:`rotflex.doubts`
 
     A figure that cannot be measured is ``None``, and ``remark`` says why.
     """
@@ -71,6 +73,7 @@ class StepResponse:
     max_alpha: float | None = None
     max_vm: float | None = None
     remark: str = ""
+    doubts: tuple[Doubt, ...] = ()
 
     @property
     def size(self) -> float:
@@ -99,6 +102,7 @@ class Summary:
     steps : how many steps this is the worst of
     left_out : how many were left out: smaller ones (the first, from 0) and those that could not be measured
     remarks : what was said about the steps, each with its time
+    doubts : about the recordings, see :mod:`rotflex.doubts`
     """
 
     settling_time: float | None
@@ -109,6 +113,7 @@ class Summary:
     steps: int
     left_out: int
     remarks: tuple[str, ...]
+    doubts: tuple[Doubt, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -138,18 +143,20 @@ def measure(recording: Recording, band: float = SETTLING_BAND) -> list[StepRespo
     RecordingError
         If the recording lacks theta_ref or theta.
     IdentificationError
-        If the command has no steps: it is constant, or is no square wave.
+        If the recording is not to be relied on: more than 1 % of its samples came late, never or unevenly. Or if the
+        command has no steps: it is constant, or is no square wave.
     ConfigurationError
         If ``band`` is not between 0 and 1.
     """
     if not 0 < band < 1:
         raise ConfigurationError(f"band is {band!r}; it is a fraction of the final value, 0.04 for 4 %.")
+    require_reliable(recording.doubts)
     moves = _find_moves(recording["theta_ref"], recording["theta"])
     starts = [move.start for move in moves]
     usual = float(np.median(np.diff(starts))) if len(starts) > 1 else 0.0
     responses = []
     for move, stop in zip(moves, [*starts[1:], len(recording)], strict=True):
-        step = StepResponse(float(recording.time[move.start]), move.before, move.after)
+        step = StepResponse(float(recording.time[move.start]), move.before, move.after, doubts=recording.doubts)
         if stop == len(recording) and (move.at_rest >= stop or stop - move.start < _SHORTEST_PART * usual):
             held = (stop - move.start) * recording.sample_time
             responses.append(replace(step, remark=f"not measurable: the recording ends {held:.3g} s after this step"))
@@ -180,12 +187,15 @@ def worst(steps: Sequence[StepResponse]) -> Summary:
         steps=len(full),
         left_out=len(steps) - len(full),
         remarks=tuple(_at(step) for step in steps if step.remark),
+        doubts=tuple({doubt.code: doubt for step in steps for doubt in step.doubts}.values()),
     )
 
 
 def verdict(summary: Summary, specifications: Sequence[Specification] = SPECIFICATIONS) -> list[Finding]:
-    """Hold a summary against specifications, one finding each."""
-    return [_judge(getattr(summary, one.quantity), one) for one in specifications]
+    """Hold a summary against specifications, one finding each. Doubts about the recording are named in its words."""
+    doubted = "".join(f" Doubt: {doubt.code}." for doubt in summary.doubts)
+    found = (_judge(getattr(summary, one.quantity), one) for one in specifications)
+    return [replace(one, words=f"{one.words}{doubted}") for one in found]
 
 
 # --- finding the steps -----------------------------------------------------------------------------------------------

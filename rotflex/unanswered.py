@@ -15,12 +15,7 @@ from numpy.typing import NDArray
 
 TIMING, HELD, LOST = "timing", "held", "lost"
 MOST_NOTED = 100  #: stretches; more would make a recording's metadata too long to be handed in
-FEW = 0.01  #: of the samples: where more came late or never, a run is not to be relied on
 DRIFT = 2e-3  #: of the time; where the board's clock differs by more from the computer's, a run says so
-HELPS = (
-    "The computer was busy: close other programs, run on mains power, plug the board in without a hub, and give it a "
-    "clock of its own. If that does not help, check the board's power and cables."
-)
 
 Stretch = tuple[int, int]
 
@@ -29,20 +24,6 @@ def table_of(metadata: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """Return a table of a recording's metadata, such as ``timing`` or ``bench``; an empty one where there is none."""
     table = metadata.get(name)
     return table if isinstance(table, Mapping) else {}
-
-
-def too_many(metadata: Mapping[str, Any], samples: int) -> bool:
-    """Whether so many of a recording's samples came late or never that it is not to be relied on."""
-    return sum(_counted(metadata)) > FEW * samples
-
-
-def in_words(metadata: Mapping[str, Any], samples: int) -> str:
-    """How many of a recording's samples came late or never, and what helps; "" where all came in time."""
-    late, missed = _counted(metadata)
-    if not late + missed:
-        return ""
-    judged = "too many" if too_many(metadata, samples) else "few enough"
-    return f"Of {samples} samples {late} came late and {missed} never came: {judged} (at most {FEW:.0%} may). {HELPS}"
 
 
 def drift_of(metadata: Mapping[str, Any]) -> float:
@@ -56,7 +37,8 @@ def of_clock(drift: float) -> str:
     return f"The board's clock is {abs(drift):.3%} {'slower' if drift > 0 else 'faster'} than the computer's."
 
 
-def _counted(metadata: Mapping[str, Any]) -> tuple[int, int]:
+def counted(metadata: Mapping[str, Any]) -> tuple[int, int]:
+    """Return how many samples came late and how many never; 0 where the metadata do not say."""
     counted = map(table_of(metadata, TIMING).get, ("late", "missed"))
     late, missed = (value if type(value) is int and value > 0 else 0 for value in counted)
     return late, missed
@@ -86,11 +68,19 @@ def mask(spans: list[Stretch], samples: int) -> NDArray[np.bool_]:
 
 
 def cut(metadata: Mapping[str, Any], first: int, samples: int) -> dict[str, Any]:
-    """The metadata of a part of a recording: so many samples from one on."""
+    """The metadata of a part of a recording: so many samples from one on.
+
+    Late and lost samples of the part are counted anew. Where not all stretches are noted, the counts stay: there are no
+    more.
+    """
     timing = dict(table_of(metadata, TIMING))
+    all_noted = 0 < len(stretches(metadata, HELD)) < MOST_NOTED
     for name in timing.keys() & {HELD, LOST}:
         ends = [
             (max(begin - first, 0), min(begin - first + count, samples)) for begin, count in stretches(metadata, name)
         ]
         timing[name] = [[begin, end - begin] for begin, end in ends if end > begin]
+    if all_noted and "late" in timing:  # what is held and not lost came late, but for a sample before each pause
+        held, lost = (sum(count for _first, count in timing.get(name, ())) for name in (HELD, LOST))
+        timing |= {"late": min(counted(metadata)[0], held - lost), "missed": lost}
     return {**metadata, TIMING: timing} if timing else dict(metadata)

@@ -94,10 +94,10 @@ def deflection(stiffness, damping):
 def test_the_natural_frequency_is_found_whatever_drives_the_servo(omega, damping):
     theta, alpha = deflection(omega**2, damping)
     assert link.residual(theta, alpha, DT, omega**2, damping) < 0.03
-    found, left = link.natural_frequency(theta, alpha, DT, damping, (10.0, 38.0), 0.3)
+    found, left = link.natural_frequency(theta, alpha, DT, damping)
     assert found == pytest.approx(omega, rel=2e-3)
     assert left < 0.03
-    assert link.natural_frequency(theta, -alpha, DT, damping, (10.0, 38.0), 0.3)[1] > 0.5
+    assert link.natural_frequency(theta, -alpha, DT, damping)[1] > 0.5
 
 
 @pytest.mark.parametrize("sample_time", [0.01, 0.03])

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rotflex import experiments, unanswered
+from rotflex import doubts, experiments
 from rotflex.commissioning import checks
 from rotflex.config import ENCODERS
 from rotflex.errors import BenchError
@@ -23,7 +23,7 @@ from rotflex.hil.bench import Bench
 from rotflex.hil.bench_file import BenchFile
 from rotflex.hil.real import CAREFUL, Setup, record, today
 from rotflex.identification import frequency_response, resonance
-from rotflex.link import natural_frequency
+from rotflex.link import NATURAL, natural_frequency
 from rotflex.recording import Recording
 from rotflex.specifications import SAMPLE_TIME
 from rotflex.units import DEG, HZ, Vector
@@ -34,8 +34,6 @@ _VOLTAGE = 2.0  # V, at most, once the watchdog has stopped the motor
 _SLOPE = 0.25  # V/s
 _FAR = 3 * DEG
 _SWEEP = {"f_start": 2.0, "f_stop": 5.0, "duration": 6.0, "amplitude": 0.6}  # Hz, s, V: the servo turns by 5 to 20 deg
-_NATURAL, _SPACING = (1.5 * HZ, 6.0 * HZ), 0.05 * HZ  # no arm position and spring of the joint is outside
-_DAMPING = 0.6  # 1/s, B_l/J_l; it says little of where the best frequency is
 _LEFT = 0.25  # of the arm's motion, that may be left over; 0.02 to 0.12 is usual
 _SWEEPS = 3  # tries of a sweep, until few enough of its samples come late
 _APART = 0.1  # by which two ways to the natural frequency may differ
@@ -287,10 +285,10 @@ def _sweep(work: Work, bench: Bench, **settings: Any) -> Recording:
         if "drive" in settings:  # a loop brings it back by itself
             return_to_mark(bench)
         recording = experiments.sweep(bench, **settings, progress=False)
-        late = unanswered.in_words(recording.metadata, len(recording))
-        if not unanswered.too_many(recording.metadata, len(recording)):
+        late = doubts.of_samples(recording.metadata, len(recording))
+        if late is None or not late.refuses:
             if late:
-                work.dialogue.say(late)
+                work.dialogue.say(str(late))
             return recording
         work.dialogue.say(f"{late} The sweep comes again, at most {_SWEEPS} times in all.")
     raise BenchError(f"{late} It was so in {_SWEEPS} sweeps. Nothing was recorded: begin again.")
@@ -301,8 +299,7 @@ def link(work: Work, bench: Bench) -> None:
     recording = _sweep(work, bench, **_SWEEP, drive="voltage")
 
     def fitted(alpha: Vector) -> tuple[float, float]:
-        dt = recording.sample_time
-        return natural_frequency(recording["theta"], alpha, dt, _DAMPING, within=_NATURAL, spacing=_SPACING)
+        return natural_frequency(recording["theta"], alpha, recording.sample_time)
 
     omega, left = fitted(recording["alpha"])
     if left >= _LEFT:
@@ -312,8 +309,8 @@ def link(work: Work, bench: Bench) -> None:
                 "was found the wrong way round. Begin again, and turn servo and arm both counter-clockwise."
             )
         raise BenchError(
-            f"The arm does not swing like an arm on this joint's springs, between {_NATURAL[0] / HZ:g} and "
-            f"{_NATURAL[1] / HZ:g} Hz: {left:.0%} of its motion remains unexplained. Look at the springs, at "
+            f"The arm does not swing like an arm on this joint's springs, between {NATURAL[0] / HZ:g} and "
+            f"{NATURAL[1] / HZ:g} Hz: {left:.0%} of its motion remains unexplained. Look at the springs, at "
             "what else is on the arm, at the link's encoder, and whether something touches the arm."
         )
     stiffness = bench.joint.J_l * omega**2

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from rotflex import __version__, hil, unanswered
+from rotflex import __version__, doubts, hil, unanswered
 from rotflex.errors import BenchError, ConfigurationError, HILError, LimitExceeded, RotflexError
 from rotflex.hil import bench_file, drivers
 from rotflex.hil.bench import Bench, Measurement
@@ -171,14 +171,14 @@ def judge_samples(metadata: Mapping[str, Any], number: int) -> Diagnosis:
     if timing is None:
         message = "They come, and time waits for the program: there is no period to be measured."
         return Diagnosis(_SAMPLES, Level.OK, message)
-    period, late = timing["period"], unanswered.in_words(metadata, number)
+    period, late = timing["period"], doubts.of_samples(metadata, number)
     message = (
         f"The period is {period['p50'] * 1e3:.3f} ms (p50), {period['p99'] * 1e3:.3f} ms (p99), "
         f"{period['max'] * 1e3:.3f} ms at most, by a {timing['clock']} clock. {unanswered.of_clock(timing['drift'])}"
     )
     is_off = abs(period["p50"] / SAMPLE_TIME - 1) > _PERIOD_OFF
-    level = Level.FAIL if is_off or unanswered.too_many(metadata, number) else Level.WARN if late else Level.OK
-    return Diagnosis(_SAMPLES, level, message, late or (unanswered.HELPS if is_off else ""))
+    level = Level.FAIL if is_off or (late and late.refuses) else Level.WARN if late else Level.OK
+    return Diagnosis(_SAMPLES, level, message, str(late) if late else doubts.HELPS if is_off else "")
 
 
 def watchdog_expires(bench: Bench, file: BenchFile) -> Iterator[Diagnosis]:

@@ -10,8 +10,6 @@ Whoever makes up both angles and voltages passes: ``docs/real_bench_marks.md`` s
 
 from __future__ import annotations
 
-import numpy as np
-
 from rotflex import experiments, link
 from rotflex.config import Servo
 from rotflex.controller import Controller
@@ -21,14 +19,10 @@ from rotflex.hil.controllers import StateFeedback
 from rotflex.hil.replay import voltage_limit, voltages
 from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
-from rotflex.units import DEG
 
 _VOLTS = 2e-3  # V: what rounding in a file may change; one count is worth more with any gain of use
 #: RMS of what the link's equation leaves, of the deflection's; up to 0.15 on a real log, and on virtual ones
 _LINK = 0.25
-_STILL = 0.4 * DEG  # RMS of the deflection, below which it is counts and little else
-_FEWEST = 200  # samples, to tell anything by
-_SLOWEST = 0.0101  # s, between samples: beyond, what the servo did between two of them is not known well enough
 
 
 def doubts(recording: Recording, servo: Servo, bench: PlantParameters) -> list[str]:
@@ -79,8 +73,7 @@ def link_misfit(recording: Recording, bench: PlantParameters) -> float:
     far apart. A recording at 0 V is not judged either: a hand moves the arm, or it still swings from before.
     """
     theta, alpha = recording["theta"], recording["alpha"]
-    known = theta.size >= _FEWEST and recording.sample_time <= _SLOWEST and float(np.std(alpha)) >= _STILL
-    if not known or not recording["vm"].any():
+    if not link.can_be_judged(alpha, recording["vm"], recording.sample_time):
         return 0.0
     came = ~replay.lost_samples(recording)
     return link.residual(theta, alpha, recording.sample_time, bench.K_s / bench.J_l, bench.B_l / bench.J_l, came)

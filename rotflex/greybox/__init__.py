@@ -103,8 +103,9 @@ def fit(
     Raises
     ------
     IdentificationError
-        If a channel is missing or constant, nothing moves in three windows of 1 s, or the recordings do not
-        determine the parameters. None separates J_l from torque_per_volt, or B_eq from braking.
+        If a recording is not to be relied on (:mod:`rotflex.doubts`), a channel is missing or constant, nothing moves
+        in three windows of 1 s, or the recordings do not determine the parameters. None separates J_l from
+        torque_per_volt, or B_eq from braking.
     ConfigurationError
         If a name does not exist.
     """

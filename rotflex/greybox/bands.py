@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotflex import doubts
 from rotflex.controller import Controller
 from rotflex.errors import IdentificationError
 from rotflex.greybox.problem import less_mean, rms, windows
@@ -199,7 +200,8 @@ class Band:
         Raises
         ------
         IdentificationError
-            If the recording has another length or sample time, or no theta or alpha.
+            If the recording is not to be relied on (:mod:`rotflex.doubts`), has another length or sample time, or no
+            theta or alpha.
         """
         pairs = zip(self.around(recording), map(recording.__getitem__, ANGLES), strict=True)
         inside = [(one.lower <= angle) & (angle <= one.upper) for one, angle in pairs]
@@ -213,6 +215,7 @@ class Band:
         IdentificationError
             As a call of the band.
         """
+        doubts.warn(recording.doubts)
         theta, _alpha = (channel(recording, name, may_be_constant=True) for name in ANGLES)
         step = self._step
         if len(recording) != self.time.size or abs(recording.sample_time - step) > 1e-3 * step:

@@ -158,16 +158,19 @@ class FitResult:
     def doubts(self, recordings: Sequence[str] = ()) -> list[str]:
         """Say why the fit is not to be trusted; empty where nothing speaks against it.
 
-        Recordings are named by ``recordings``, else by their place.
+        Doubts about the recordings come first. Recordings are named by ``recordings``, else by their place.
         """
         beyond = self.parameters.J_eq / PlantParameters.of(self.servo, self.joint, self.parameters.K_s).J_eq
         inertia = f"This fit is doubted: J_eq is {beyond:.3g} times that of the data sheet. Are units, or J_l, wrong?"
         several = len(self.predictions) > 1
         places = [f"recording [{place}]" if several else "the recording" for place in range(len(self.predictions))]
-        return [inertia] * (not 1 / _FAR < beyond < _FAR) + [
+        named = list(zip(recordings or places, self.predictions, strict=True))
+        found = [f"{name}: {doubt}" for name, one in named for doubt in one.recording.doubts]
+        found += [inertia] * (not 1 / _FAR < beyond < _FAR)
+        return found + [
             f"This fit is doubted: what is left of {name} is {in_degrees(one.rms)} (RMS, deg), and of a flexible "
             f"joint's at most {in_degrees(_DOUBTFUL)}. Is it another mechanism's, or are units, signs, channels wrong?"
-            for name, one in zip(recordings or places, self.predictions, strict=True)
+            for name, one in named
             if any(one.rms[angle] > most for angle, most in _DOUBTFUL.items())
         ]
 

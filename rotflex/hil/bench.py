@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotflex.config import Joint, Servo, check_mounted
+from rotflex.doubts import of_samples
 from rotflex.errors import BenchError, HILError, LimitExceeded, MotorNotStopped, WatchdogExpired
 from rotflex.hil.board import WATCHDOG_TIMEOUT, Board
 from rotflex.hil.connection import Connection, Outcome, Wiring
@@ -33,7 +34,7 @@ from rotflex.hil.pace import Pace
 from rotflex.hil.recorder import Recorder
 from rotflex.hil.safety import Mark, Safety
 from rotflex.plant import Plant
-from rotflex.unanswered import TIMING, in_words, too_many
+from rotflex.unanswered import TIMING
 
 _NO_PUSH = (
     "A program can push the arm only on a virtual bench in simulated time, with rotflex's own plant. Leave out "
@@ -302,8 +303,8 @@ class Bench:
         if supervision is not None and self.overdue:
             supervision.drive(self.held(self._sample - 2))  # what the motor had until this sample
         if supervision is not None and (why := supervision.see(measured, samples)):
-            late = f"{in_words(self.timing, self._sample)} " if too_many(self.timing, self._sample) else ""
-            self._end(LimitExceeded(f"{late}{why}"))
+            late = of_samples(self.timing, self._sample)
+            self._end(LimitExceeded(f"{late} {why}" if late and late.refuses else why))
         return measured
 
     def _all_here(self, pace: Pace) -> tuple[list[list[int]], int]:

@@ -28,7 +28,10 @@ from rotflex.units import Vector
 REPORTED = "told"  #: in a recording's metadata: the parts as the student was told them, and the bench's limit
 VOLTAGE_LIMIT = "voltage_limit"  #: in that, V: to which the bench cut voltages
 SETTINGS = ("drive", "signal", "feedback", "f_start", "f_stop", "K")  #: of an experiment, in its recording's metadata
-MOST_HELD = 0.05  #: of a run; on a computer that was kept busy on purpose 0.006 of a minute's samples came late
+#: of a run. A replay bears more than what is measured on a recording (:data:`rotflex.doubts.FEW`): it asks only
+#: whether the run is the same, and where a voltage was held, that one is compared. On a computer that was kept busy on
+#: purpose 0.006 of a minute's samples came late
+MOST_HELD = 0.05
 _SAME_PERIOD = 1e-6  # of the sample time
 _SAME = 5e-3  # of the recorded voltage (RMS); gains as a report prints them, with four digits, make a thirtieth of it
 _SAME_VOLTS = 1e-3  # V, where hardly any voltage was recorded
@@ -333,7 +336,7 @@ def implausible_timing(recording: Recording) -> str | None:
         )
     # A short run may have one whole pause.
     if declared > max(MOST_HELD * samples, pause):
-        return f"{declared / samples:.0%} of its samples were not answered in time, and {MOST_HELD:.0%} may be"
+        return f"{declared / samples:.0%} of its samples were not answered in time; a replay bears {MOST_HELD:.0%}"
     return None
 
 
