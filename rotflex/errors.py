@@ -5,6 +5,7 @@
     RotflexError
     ├── ConfigurationError   a combination of parts that does not exist (also a ValueError)
     ├── RecordingError       a file or an array that is not a usable recording (also a ValueError)
+    │   └── UnknownColumns   a table that does not say what its columns are
     ├── IdentificationError  data from which the asked-for quantity cannot be found (also a ValueError)
     ├── DesignError          a control design that cannot be done (also a ValueError)
     └── BenchError           anything between us and the bench (also a RuntimeError)
@@ -56,6 +57,25 @@ class ConfigurationError(RotflexError, ValueError):
 
 class RecordingError(RotflexError, ValueError):
     """A file or an array that is not a usable recording."""
+
+
+class UnknownColumns(RecordingError):
+    """A table that does not say what its columns are.
+
+    Attributes
+    ----------
+    guess : name of a channel → the number and the unit of its column, ``"2 deg"``
+    """
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*args)
+        self.guess: dict[str, str] = {}
+
+    def __str__(self) -> str:
+        asked = ",".join("{}_{}={}".format(name, *found.split()[::-1]) for name, found in self.guess.items())
+        return (
+            f"{super().__str__()}\nSay what they are; a guess is columns='{asked}', in a command --columns '{asked}'."
+        )
 
 
 class IdentificationError(RotflexError, ValueError):

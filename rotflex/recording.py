@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotflex import files, recording_files, unanswered
-from rotflex.config import finite_vector
+from rotflex.config import finite_vector, positive
 from rotflex.doubts import UNEVEN, Doubt, of_recording
 from rotflex.errors import RecordingError
 from rotflex.units import DEG, Vector
@@ -56,6 +56,7 @@ UNITS = {
 PUSHED = "tau_link"  #: the channel of the torque that pushed the link, N·m
 _ACTING = ("theta_ref", "vm", PUSHED)  # on the bench: the inputs of a response
 _OTHER = "other_channels"  # in a file's description: those that it has no usual place for, name → unit
+_WIDEST_GAP = 2  # usual steps, over which a recording is resampled
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,18 +69,18 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Signals sampled together at a fixed rate.
+    """Signals sampled together.
 
     Parameters
     ----------
-    time : (n,) array, s, evenly spaced
+    time : (n,) array, s, increasing; evenly for all but a look at it (see ``sample_time`` and ``resampled``)
     channels : mapping of name to :class:`Channel`; one that is named in ``UNITS`` has that unit, others any
     metadata : plain data (what JSON can hold): source, experiment, bench, software, ...
 
     Raises
     ------
     RecordingError
-        If the time is not evenly increasing, if lengths differ, if values are not finite, or if a known channel is not
+        If the time does not increase, if lengths differ, if values are not finite, or if a known channel is not
         in its unit.
     """
 
@@ -91,14 +92,10 @@ class Recording:
         time = _read_only("time", self.time)
         if time.size < 2:
             raise RecordingError(f"A recording needs at least two samples; this one has {time.size}.")
-        steps = np.diff(time)
-        period = float(np.median(steps))
-        if period <= 0 or np.abs(steps - period).max() > UNEVEN * period + 1e-9:
-            worst = int(np.argmax(np.abs(steps - period)))
-            raise RecordingError(
-                f"The time is not evenly increasing: after t = {time[worst]:.6g} s comes {time[worst + 1]:.6g} "
-                f"s, where steps of {period:.6g} s are usual. Cut or resample the recording first."
-            )
+        back = np.flatnonzero(np.diff(time) <= 0)
+        if back.size:
+            before, after = time[back[0] : back[0] + 2]
+            raise RecordingError(f"The time does not increase: after t = {before:.6g} s comes {after:.6g} s.")
         channels = {}
         for name, channel in self.channels.items():
             values = _read_only(f"channel {name!r}", channel.values)
@@ -152,10 +149,9 @@ class Recording:
         return int(self.time.size)
 
     def __repr__(self) -> str:
-        duration = self.time[-1] - self.time[0]
         listed = ", ".join(f"{name} ({channel.unit})" for name, channel in self.channels.items())
         doubted = "".join(f"; doubt: {doubt.code}" for doubt in self.doubts)
-        return f"<Recording: {duration:g} s at {self.sample_time * 1e3:g} ms; {listed}{doubted}>"
+        return f"<Recording: {self._extent()}; {listed}{doubted}>"
 
     def _repr_html_(self) -> str:
         """A table of the channels, angles in degrees, for a notebook."""
@@ -166,15 +162,40 @@ class Recording:
             cells = "".join(f"<td>{one}</td>" for one in (html.escape(unit), *numbers))
             rows.append(f'<tr><th scope="row">{html.escape(name)}</th>{cells}</tr>')
         heads = "".join(f'<th scope="col">{one}</th>' for one in ("channel", "unit", "min", "max", "mean", "last"))
-        about = f"{self.time[-1] - self.time[0]:g} s at {self.sample_time * 1e3:g} ms, {len(self)} samples"
+        about = f"{self._extent()}, {len(self)} samples"
         return (
             f"<table><caption>Recording: {about}</caption><thead><tr>{heads}</tr></thead>"
             f"<tbody>{''.join(rows)}</tbody></table>{''.join(f'<p>{html.escape(str(one))}</p>' for one in self.doubts)}"
         )
 
+    def _extent(self) -> str:
+        """Duration and sample time, for people."""
+        usual, _worst, even = self._steps()
+        return f"{self.time[-1] - self.time[0]:g} s at {usual * 1e3:.4g} ms{'' if even else ', unevenly'}"
+
+    def _steps(self) -> tuple[float, int, bool]:
+        """The usual step (s), the place of the one that differs most from it, and whether all are alike."""
+        steps = np.diff(self.time)
+        usual = float(np.median(steps))
+        worst = int(np.argmax(np.abs(steps - usual)))
+        return usual, worst, bool(abs(steps[worst] - usual) <= UNEVEN * usual + 1e-9)
+
     @property
     def sample_time(self) -> float:
-        """Sample time, s."""
+        """Sample time, s.
+
+        Raises
+        ------
+        RecordingError
+            If the samples are not evenly spaced.
+        """
+        usual, worst, even = self._steps()
+        if not even:
+            raise RecordingError(
+                f"The samples are not evenly spaced: after t = {self.time[worst]:.6g} s comes "
+                f"{self.time[worst + 1]:.6g} s, where steps of {usual:.6g} s are usual. Call "
+                f"recording.resampled({usual:.3g}) first."
+            )
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
 
     @cached_property
@@ -182,6 +203,39 @@ class Recording:
         """Reasons why the recording may not be relied on, see :mod:`rotflex.doubts`; empty where there is none."""
         signals = {name: channel.values for name, channel in self.channels.items()}
         return tuple(of_recording(self.time, signals, self.metadata))
+
+    def resampled(self, sample_time: float) -> Recording:
+        """Return the recording with evenly spaced samples, each on the line between its neighbours.
+
+        The metadata say it, under ``resampled``. No filter is applied: what is faster than half the new rate folds.
+
+        Parameters
+        ----------
+        sample_time : s
+
+        Raises
+        ------
+        RecordingError
+            If two samples are more than two usual steps apart, for nobody knows what was between them; or if the
+            recording is not longer than ``sample_time``.
+        ConfigurationError
+            If ``sample_time`` is not positive.
+        """
+        positive("sample_time", sample_time, "s")
+        usual, worst, _even = self._steps()
+        before, after = self.time[worst : worst + 2].tolist()
+        if after - before > _WIDEST_GAP * usual * (1 + 1e-6):
+            raise RecordingError(
+                f"Nothing is known between t = {before:.6g} s and {after:.6g} s, more than two steps of {usual:.3g} s "
+                "apart. Take a part without the gap, by recording.between(start, stop)."
+            )
+        time = np.arange(int((self.time[-1] - self.time[0]) / sample_time + 1e-6) + 1, dtype=np.float64) * sample_time
+        channels = {
+            name: Channel(np.interp(self.time[0] + time, self.time, channel.values), channel.unit)
+            for name, channel in self.channels.items()
+        }
+        about = {"resampled": {"method": "linear", "from": usual}, "sample_time": sample_time}
+        return Recording(time, channels, {**unanswered.resampled(self.metadata, time.size / len(self)), **about})
 
     def degrees(self, name: str) -> Vector:
         """Samples (n,) of an angle, in degrees, for plots and tables."""
@@ -192,7 +246,7 @@ class Recording:
 
     def between(self, start: float, stop: float) -> Recording:
         """The part with start <= t < stop (s), its time counted from its own beginning."""
-        rounding = 1e-6 * self.sample_time  # 7 * 0.1 is a little more than 0.7
+        rounding = 1e-6 * self._steps()[0]  # 7 * 0.1 is a little more than 0.7
         inside = (self.time >= start - rounding) & (self.time < stop - rounding)
         if inside.sum() < 2:
             raise RecordingError(f"There is nothing between {start:g} s and {stop:g} s in {self!r}.")
@@ -273,27 +327,31 @@ class Recording:
 
         Parameters
         ----------
-        paths : ``.csv``, ``.tsv``, ``.txt``: a table with headings, such as ``theta_deg`` or ``theta (deg)``; else
-            ``.mat``
-        columns : names with units of the columns of a table without headings, or of the rows of the matrix that
-            Simulink's *To File* writes: ``"t_s,theta_deg,alpha_deg,vm_V"``, with ``-`` for what is of no interest
+        paths : ``.mat``; any other is a table of text with headings, such as ``theta_deg`` or ``theta (deg)``
+        columns : what the columns of one file are, with their units, where its headings do not say it. Those of
+            interest, by number or name, ``"t_ms=1,theta_deg=pot"``; or all in order, ``"t_s,theta_deg,-,vm_V"``, with
+            ``-`` for what is of no interest
 
         Raises
         ------
+        UnknownColumns
+            If a file does not say what its columns are; the message has a guess.
         RecordingError
-            If a file cannot be read, holds none of the known arrays, or if files do not belong together.
+            If a file cannot be read, or if files do not belong together.
         """
         if not paths:
             raise RecordingError("Name at least one file to load.")
         names = columns.split(",") if isinstance(columns, str) and columns else list(columns)
         if names and len(paths) > 1:
             raise RecordingError("columns= names those of one file: load one file at a time.")
-        if names or (len(paths) == 1 and Path(paths[0]).suffix.lower() in recording_files.ENDINGS):
+        if names or (len(paths) == 1 and Path(paths[0]).suffix.casefold() != recording_files.MAT):
             return _read_table(Path(paths[0]), names)
         arrays: dict[str, Vector] = {}
         metadata: dict[str, Any] = {}
         for path in map(Path, paths):
             found, described = recording_files.arrays(path)
+            if not found and len(paths) == 1:
+                return _read_table(path, names)
             differing = [name for name in found if name in arrays and not np.array_equal(found[name], arrays[name])]
             known = {key: metadata[key] for key in ("bench", "experiment") if key in metadata}
             differing += [key for key, value in known.items() if described.get(key, value) != value]
@@ -429,20 +487,21 @@ def _take_other(metadata: dict[str, Any]) -> dict[str, str]:
     return other
 
 
-def _read_table(path: Path, names: Sequence[str]) -> Recording:
-    """Read a table or a matrix. Columns that the metadata give a unit are further channels. Time begins at 0."""
-    if path.suffix.lower() in recording_files.ENDINGS:
-        headings, numbers, metadata = recording_files.table(path, names)
-    else:
-        headings, numbers, metadata = names, recording_files.matrix(path, len(names)), {}
-    further = {f"{name}_{unit}": (name, unit) for name, unit in _take_other(metadata).items()}
-    usual = [n for n, heading in enumerate(headings) if n == 0 or heading not in further]
-    time, columns = recording_files.signals(path.name, [headings[n] for n in usual], numbers[:, usual], UNITS)
+def _read_table(path: Path, columns: Sequence[str]) -> Recording:
+    """Read a table. Columns that the metadata give a unit are further channels. Time begins at 0."""
+    table = recording_files.table(path)
+    further = {f"{name}_{unit}": (name, unit) for name, unit in _take_other(table.metadata).items()}
+    other = [] if columns else [n for n, heading in enumerate(table.headings) if n and heading in further]
+    usual = [n for n in range(len(table.columns)) if n not in other]
+    known = table._replace(
+        headings=[table.headings[n] for n in usual if table.headings], columns=[table.columns[n] for n in usual]
+    )
+    time, found = recording_files.signals(path.name, known, columns, UNITS)
     try:
-        channels = {name: Channel(values, UNITS[name]) for name, values in columns.items()}
-        for n in set(range(len(headings))).difference(usual):
-            name, unit = further[headings[n]]
-            channels[name] = Channel(numbers[:, n], unit)
-        return Recording(time - time[:1], channels, {"source": path.name, **metadata})
+        channels = {name: Channel(values, UNITS[name]) for name, values in found.items()}
+        for n in other:
+            name, unit = further[table.headings[n]]
+            channels[name] = Channel(table.columns[n], unit)
+        return Recording(time - time[:1], channels, {"source": path.name, **table.metadata})
     except RecordingError as error:
         raise RecordingError(f"{path.name}: {error}") from None

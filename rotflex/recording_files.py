@@ -1,8 +1,9 @@
 """Recordings in files as people have them: tables of text, and the ``.mat`` files of MATLAB, Simulink and Octave.
 
-A text file has a row for each sample, and above them a heading with its unit for each column. A comment line with a
-description may come first. Columns are separated by commas, semicolons or tabs; beside semicolons and tabs, numbers may
-have decimal commas. A heading is ``theta_deg`` or ``theta (deg)``; ``Time (s)`` and ``V_m (V)`` are understood.
+A text file has a row of numbers for each sample. Columns are separated by commas, semicolons, tabs or blanks; beside
+any but commas, numbers may have decimal commas. Lines above the first row are headings, also behind ``#`` or ``%``:
+a name with its unit, ``theta_deg`` or ``theta (deg)``, or names and below them units. A description in JSON behind
+``#`` may come first.
 
 In a ``.mat`` file, an array of time and signals, ``data_theta``, is found as
 
@@ -13,146 +14,288 @@ In a ``.mat`` file, an array of time and signals, ``data_theta``, is found as
 
 Names are found however they are capitalised (the workbook has ``data_Vm`` and ``data_vm``).
 
-The matrix of Simulink's *To File* has a row for the time and one for each signal, and no names: see :func:`matrix`.
-Files of MATLAB's format 7.3 (HDF5), which *To File* writes as well, are read by h5py, the extra ``hdf5``.
+Of any other ``.mat`` file, all vectors, and the columns of all matrices, are a table, also those within structures:
+MATLAB's plain vectors, structures with time under any name, the matrix that Simulink's *To File* writes. Files of
+MATLAB's format 7.3 (HDF5) are read by h5py, the extra ``hdf5``.
 """
 
 from __future__ import annotations
 
 import codecs
 import csv
-import io
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rotflex.errors import RecordingError
-from rotflex.units import DEG, Array
+from rotflex.errors import RecordingError, UnknownColumns
+from rotflex.units import DEG, Array, Vector
 
-ENDINGS = (".csv", ".tsv", ".txt")  #: of text files
-EXAMPLE = "t_s,theta_deg,alpha_deg,vm_V"  #: how columns are named
+MAT = ".mat"  #: ending of the files of MATLAB, Simulink and Octave
 #: Unit in a heading, in small letters → the unit inside, and the factor that leads to it.
-_SCALES = {"s": ("s", 1.0), "ms": ("s", 1e-3), "deg": ("rad", DEG), "°": ("rad", DEG), "rad": ("rad", 1.0)}
-_SCALES |= {"v": ("V", 1.0), "mv": ("V", 1e-3)}
+_SCALES = {"s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "µs": ("s", 1e-6)}
+_SCALES |= {"deg": ("rad", DEG), "°": ("rad", DEG), "rad": ("rad", 1.0), "v": ("V", 1.0), "mv": ("V", 1e-3)}
 _HEADING = re.compile(r"(.+?)\s*[(\[](.+)[)\]]|(.+)_(.+)")
-_NO_NUMBER = re.compile(r"[^-+.\deE ]")
+#: What MATLAB has about the name of a signal: structures that it is in, and the number of a column.
+_OF_STRUCTURES = re.compile(r"^(\w+(\(\d+\))?\.)+(?=\w)(?!signals|values)|(\.signals(\(\d+\))?\.values)?(\(\d+\))?$")
+_SEPARATORS = (";", "\t", ",", None)  # None: blanks
 _OF_NO_INTEREST = "-"  # in place of a name
+_GUESSED = ("t", "theta", "alpha", "vm")  # the channels of a log, in the order in which most tables have them
+_SPELLED = {"time": "t", "millis": "t", "position": "theta", "deflection": "alpha", "voltage": "vm", "u": "vm"}
+_LARGEST_STEP = 0.25  # s, between samples of a log; more are ms, or µs
+_LARGEST_ANGLE = 2 * np.pi  # of a joint in a log, rad; more are degrees
+_LINE = 100_000  # characters of a line that are looked at
+_SHOWN = 30  # columns of a table in a message
+_SHORT, _FEWEST = 0.1, 20  # of the longest vector of a file, and samples: shorter ones are no signals
 COLUMNS = {"data_theta": (2, 3), "data_alpha": (2, 3), "data_vm": (2,)}  #: of an array, its time among them
+_KNOWN = re.compile(rf"((?:.*\.)?({'|'.join(COLUMNS)}))(\.time|\.signals(?:\(\d+\))?\.values|)", re.IGNORECASE)
 OTHER = "rotflex_other"  #: name of the matrix of time and of what has no array above; the description names its columns
 METADATA = "rotflex_metadata"  #: name of the text that says where a recording comes from
 _DEEPEST = 5  # structures within structures
 _HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF")  # how such files begin
 _OCTAVE = b"# Created by Octave"
+_AS_TEXT = "Open it in the program that wrote it, and export the signals with their time as text (.csv)."
+#: Ending of files that hold no table which can be read here → what they are, and the way out.
+_NO_TABLE = {
+    ".m": "a program for MATLAB or Octave. Run it there, and save its vectors: save('log.mat', 't', 'theta', '-v7').",
+    ".tdms": "a file of LabVIEW. Convert it by npTDMS: TdmsFile.read(name).as_dataframe().to_csv('log.csv').",
+    ".bin": "bare numbers, and only the program that wrote them knows their order. Read them by numpy.fromfile, and "
+    "build the recording by Recording.of.",
+}
+
+
+class Table(NamedTuple):
+    """The columns of a file.
+
+    Attributes
+    ----------
+    headings : of the columns; none, or one for each
+    columns : vectors; of a ``.mat`` file, they may differ in length
+    metadata : the file's description
+    """
+
+    headings: Sequence[str]
+    columns: Sequence[Vector]
+    metadata: dict[str, Any]
+
+
+# --- what the columns are ---------------------------------------------------------------------------------------------
+
+
+def signals(
+    file: str, table: Table, columns: Sequence[str], units: Mapping[str, str]
+) -> tuple[Vector, dict[str, Vector]]:
+    """Return the time (n,) in s, and the channels (n,) in the units inside, of a table.
+
+    Parameters
+    ----------
+    file : its name, for messages
+    table : the file's
+    columns : what its columns are; see ``Recording.load``. If there are none, its headings say it
+    units : of the channels that there may be: name → unit inside
+
+    Raises
+    ------
+    UnknownColumns
+        If the headings do not say what all columns are.
+    RecordingError
+        If ``columns`` is not understood, stands for a channel twice, or for no time; or if no column is a time.
+    """
+    if not columns and not table.headings:
+        raise _unknown(file, table, "it has no headings")
+    inside = {"t": "s", **units}
+    found: dict[str, Vector] = {}
+    for heading, place in _chosen(file, table, columns):
+        name, unit = _meaning(heading, inside)
+        into, factor = _SCALES.get(unit.casefold(), ("", 1.0))
+        if not name or into != inside[name]:
+            why = (
+                f"column {heading!r} should be one of {', '.join(inside)} with its unit, as in theta_deg or theta (deg)"
+            )
+            raise RecordingError(f"{file}: {why}.") if columns else _unknown(file, table, why)
+        if name in found:
+            raise RecordingError(f"{file}: there are two columns for {name}.")
+        found[name] = table.columns[place] * factor
+    if "t" not in found:
+        raise RecordingError(
+            f"{file}: a column should be headed t_s, or time (s); the headings are {list(columns or table.headings)}."
+        )
+    return found.pop("t"), found
+
+
+def _chosen(file: str, table: Table, columns: Sequence[str]) -> Iterator[tuple[str, int]]:
+    """Yield a name with its unit, and the place of its column, for each column that is of interest."""
+    count = len(table.columns)
+    if not any("=" in entry for entry in columns):
+        if len(columns) not in (0, count):
+            raise RecordingError(
+                f"{file} has {count} columns, and columns= names {len(columns)}: name them all in order, with "
+                f"{_OF_NO_INTEREST} for what is of no interest, or those of interest, as in t_s=1,theta_deg=3."
+            )
+        names = enumerate(columns or table.headings)
+        yield from ((name.strip(), place) for place, name in names if name.strip() != _OF_NO_INTEREST)
+        return
+    for entry in columns:
+        name, _equals, which = (part.strip() for part in entry.partition("="))
+        places = [n for n in range(count) if which in (str(n + 1), *table.headings[n : n + 1])]
+        if len(places) != 1:
+            raise RecordingError(
+                f"{file}: in columns=, {entry!r} is {len(places)} of its columns. {_first_rows(table)}"
+            )
+        yield name, places[0]
+
+
+def _meaning(heading: str, names: Iterable[str]) -> tuple[str, str]:
+    """Return which of the names a heading means, "" for none, and its unit, "" where it has none that is known."""
+    heading = _OF_STRUCTURES.sub("", heading.strip())
+    spelled = {"time": "t"} | {name.replace("_", ""): name for name in names}
+    match = _HEADING.fullmatch(heading)
+    written, unit = (part.strip() for part in match.groups() if part) if match else ("", "")
+    if unit.casefold() not in _SCALES:
+        written, unit = heading, ""
+    name = spelled.get(re.sub(r"[\W_]", "", written.casefold()), "")
+    return name, unit if name else ""
+
+
+def _unknown(file: str, table: Table, why: str) -> RecordingError:
+    """Return the error that asks what the columns are, with a guess; or that says that none is a time."""
+    longest = max(column.size for column in table.columns)
+    places = [place for place, column in enumerate(table.columns) if column.size == longest]
+    growing = [place for place in places if (np.diff(table.columns[place]) > 0).all()]
+    if not growing:
+        return RecordingError(
+            f"{file}: {why}, and no column grows from row to row, as a time does. Save the time with the signals; or, "
+            "if you know the sample time, build the recording by Recording.of(np.arange(n) * 0.002, theta=…). "
+            f"{_first_rows(table)}"
+        )
+    meant: dict[str, tuple[int, str]] = {}
+    for place in places if table.headings else ():
+        name, unit = _meaning(table.headings[place], [*_GUESSED, *_SPELLED])
+        meant.setdefault(_SPELLED.get(name, name), (place, unit))
+    if meant.get("t", (-1,))[0] not in growing:
+        meant["t"] = growing[0], ""
+    if meant.keys().isdisjoint(_GUESSED[1:]):
+        meant |= zip(_GUESSED[1:], ((place, "") for place in places if place != meant["t"][0]), strict=False)
+    step = float(np.median(np.diff(table.columns[meant["t"][0]])))
+    angles = [table.columns[meant[name][0]] for name in ("theta", "alpha") if name in meant]
+    likely = dict.fromkeys(_GUESSED, "deg" if any(np.abs(one).max() > _LARGEST_ANGLE for one in angles) else "rad")
+    likely |= {"t": "s" if step < _LARGEST_STEP else "ms" if step < 1e3 * _LARGEST_STEP else "us", "vm": "V"}
+    error = UnknownColumns(f"{file}: {why}. {_first_rows(table)}")
+    found = {name: meant[name] for name in _GUESSED if name in meant}
+    error.guess |= {name: f"{place + 1} {unit or likely[name]}" for name, (place, unit) in found.items()}
+    return error
+
+
+def _first_rows(table: Table) -> str:
+    """Return a line for each column: its number, its name, and its first values."""
+    names = table.headings or [""] * len(table.columns)
+    lines = [f"{n:3} {name:{max(map(len, names))}}" for n, name in enumerate(names[:_SHOWN], 1)]
+    values = ("".join(f" {value:12.6g}" for value in column[:3]) for column in table.columns)
+    return "\n".join(["Its columns begin so:", *map(str.__add__, lines, values)])
 
 
 # --- tables of text ---------------------------------------------------------------------------------------------------
 
 
-def table(path: Path, names: Sequence[str]) -> tuple[Sequence[str], Array, dict[str, Any]]:
-    """A file's headings, its numbers (a row for each sample), and its description.
-
-    Parameters
-    ----------
-    path : of the file
-    names : of its columns, in place of headings; may be empty for a file that has headings
+def table(path: Path) -> Table:
+    """Read the columns of a file.
 
     Raises
     ------
     RecordingError
-        If it cannot be read, has another form, or has no headings and none are given.
+        If it cannot be read, or holds no table of numbers; it then says what it is.
     """
-    rows, metadata = _read(path)
-    first = rows[0] if rows else []
-    bare = bool(first) and _NO_NUMBER.search("".join(first)) is None
-    if bare and not names:
-        raise RecordingError(f"{path.name} has no headings. {name_columns(len(first))}")
-    headings, rows = names or first, rows[0 if bare else 1 :]
-    needed = f"{path.name}: every row needs {len(headings)} numbers"
-    for row in rows:
-        if len(row) != len(headings):
-            raise RecordingError(f"{needed}, one for each heading; one is {row}.")
+    ending = path.suffix.casefold()
+    if ending in _NO_TABLE and path.exists():
+        raise RecordingError(f"{path.name} is {_NO_TABLE[ending]}")
+    return _vectors(path) if ending == MAT else _text(path)
+
+
+def _text(path: Path) -> Table:
+    lines = [line for line in _decoded(path).splitlines() if line.strip()]
+    metadata = {}
+    if lines and lines[0].startswith("#") and lines[0][1:].lstrip().startswith("{"):
+        metadata = metadata_of(lines.pop(0)[1:], path.name)
+    first, cells = next(((n, cells) for n, line in enumerate(lines) if (cells := _numbers(line))), (0, []))
+    if not cells:
+        begins = f": its first line is {lines[0][:80]!r}" if lines else ""
+        raise RecordingError(f"{path.name} has no row of numbers, which every sample should be{begins}.")
+    separator = _separator(lines[first])
+    if separator != ",":
+        lines[first:] = [line.replace(",", ".") for line in lines[first:]]
+    lines[first:] = [line.replace('"', "") for line in lines[first:]]
+    used = [place for place, cell in enumerate(cells) if _is_number(cell)]
+    every = len(used) == len(cells)
     try:
-        return headings, np.array(rows, dtype=np.float64).reshape(len(rows), len(headings)), metadata
+        numbers = np.loadtxt(
+            lines[first:], delimiter=separator, comments=["#", "%"], ndmin=2, usecols=None if every else used
+        )
     except ValueError as error:
-        raise RecordingError(f"{needed}: {error}") from None
+        raise RecordingError(
+            f"{path.name}: every row needs {len(used)} numbers, as the first one has: {error}"
+        ) from None
+    headings = _headings(lines[:first], separator, len(cells))
+    return Table([headings[place] for place in used] if headings else (), list(numbers.T), metadata)
 
 
-def name_columns(count: int) -> str:
-    """Tell how to name so many columns."""
-    return (
-        f'Name its {count} columns with their units, as in columns="{EXAMPLE}" (in a command, --columns {EXAMPLE}), '
-        f"and those of no interest {_OF_NO_INTEREST}."
-    )
+def _headings(lines: Sequence[str], separator: str | None, count: int) -> list[str]:
+    """Return the headings of so many columns: the last line above them with as many cells, with the units below it."""
+    rows: list[list[str]] = []
+    for line in lines:
+        bare = line.strip().lstrip("#%").strip(" \r\n")
+        tried = (_cells(bare, one) for one in (separator, *_SEPARATORS))  # numpy's savetxt has other ones in its header
+        rows += [row for row in [next((row for row in tried if len(row) == count), [])] if row]
+    if not rows:
+        return []
+    if len(rows) > 1 and all(unit.strip("()[] ").casefold() in (*_SCALES, "", _OF_NO_INTEREST) for unit in rows[-1]):
+        return [f"{name} ({unit.strip('()[] ')})" for name, unit in zip(*rows[-2:], strict=True)]
+    return rows[-1]
 
 
-def signals(
-    file: str, headings: Sequence[str], numbers: Array, units: Mapping[str, str]
-) -> tuple[Array, dict[str, Array]]:
-    """The time (n,) in s, and the channels (n,) in the units inside, of a table of numbers.
-
-    Parameters
-    ----------
-    file : its name, for messages
-    headings : of the columns
-    numbers : a row for each sample
-    units : of the channels that there may be: name → unit inside
-
-    Raises
-    ------
-    RecordingError
-        If a heading is not understood, stands there twice, or none is the time's.
-    """
-    inside = {"t": "s", **units}
-    spelled = {"time": "t"} | {name.replace("_", ""): name for name in inside}
-    found: dict[str, Array] = {}
-    for heading, values in zip(headings, numbers.T, strict=True):
-        if heading.strip() == _OF_NO_INTEREST:
-            continue
-        match = _HEADING.fullmatch(heading.strip())
-        written, unit = (part for part in match.groups() if part) if match else (heading, "")
-        name = spelled.get(re.sub(r"[\W_]", "", written.casefold()), "")
-        into, factor = _SCALES.get(unit.strip().casefold(), ("", 1.0))
-        if not name or into != inside[name]:
-            raise RecordingError(
-                f"{file}: column {heading!r} is none of {', '.join(inside)} with its unit, as in theta_deg or "
-                f"theta (deg). {name_columns(len(headings))}"
-            )
-        if name in found:
-            raise RecordingError(f"{file}: there are two columns for {name}.")
-        found[name] = values * factor
-    if "t" not in found:
-        raise RecordingError(f"{file}: a column should be headed t_s, or time (s); the headings are {list(headings)}.")
-    return found.pop("t"), found
+def _separator(line: str) -> str | None:
+    """Return what separates the numbers of a row; None for blanks, beside which commas are decimal."""
+    in_blanks = re.search(r"\d\s+[-+.\d]", line) is not None
+    return next((one for one in _SEPARATORS if one and one in line and not (one == "," and in_blanks)), None)
 
 
-def _read(path: Path) -> tuple[list[list[str]], dict[str, Any]]:
+def _numbers(line: str) -> list[str]:
+    """Return the cells of a row of numbers, in which text may stand, too; none if the line is another one."""
+    separator = _separator(line)
+    cells = _cells(line if separator == "," else line.replace(",", "."), separator)
+    return cells if len(cells) > 1 and _is_number(cells[0]) and sum(map(_is_number, cells)) > 1 else []
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    if separator is None:  # a unit in brackets belongs to the name before it
+        return re.sub(r"\s+(?=[(\[])", "", line).split()
+    return [cell.strip() for cell in next(csv.reader([line[:_LINE]], delimiter=separator, skipinitialspace=True), [])]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _decoded(path: Path) -> str:
     try:
         content = path.read_bytes()
-        wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))  # Excel's "Unicode text"
-        try:
-            text = content.decode("utf-16" if wide else "utf-8-sig")  # spreadsheets put a byte order mark first
-        except UnicodeDecodeError:
-            text = content.decode("cp1252", "replace")  # or write no Unicode at all
-        first, _newline, rest = text.partition("\n")
-        metadata = metadata_of(first[1:], path.name) if first.startswith("#") else {}
-        if first.startswith("#"):
-            text, first = rest, rest.partition("\n")[0]
-        separator = next((one for one in "\t;" if one in first), ",")
-        rows = [row for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator) if any(row)]
-        while rows and all(len(row) > 1 and not row[-1].strip() for row in rows):  # each line ends in a separator
-            rows = [row[:-1] for row in rows]
-        if separator != ",":
-            rows = [[cell.replace(",", ".") for cell in row] for row in rows]
-        return rows, metadata
     except FileNotFoundError:
         raise RecordingError(f"There is no file {path}.") from None
-    except (OSError, csv.Error) as error:
-        raise RecordingError(f"{path.name} cannot be read as a table: {error}") from None
+    except OSError as error:
+        raise RecordingError(f"{path.name} cannot be read: {error.strerror}.") from None
+    wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))  # Excel's "Unicode text"
+    if b"\0" in content and not wide:
+        raise RecordingError(f"{path.name} is no text. {_AS_TEXT}")
+    try:
+        return content.decode("utf-16" if wide else "utf-8-sig")  # spreadsheets put a byte order mark first
+    except UnicodeDecodeError:
+        return content.decode("cp1252", "replace")  # or write no Unicode at all
 
 
 def metadata_of(text: str, source: str) -> dict[str, Any]:
@@ -186,54 +329,58 @@ def arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
     Raises
     ------
     RecordingError
-        If the file cannot be read, holds none of the arrays, or one in several places, or one of another form; or its
+        If the file cannot be read, holds one of the arrays in several places, or one of another form; or its
         description is no JSON object.
     """
     content = _content(path)
-    found: dict[str, tuple[str, Any]] = {}
-    for name, where, value in _places(content):
-        if name in found and not _same(found[name][1], value):
-            raise RecordingError(
-                f"{path.name} holds {name} twice, as {found[name][0]} and as {where}: save the one that is meant "
-                "by itself."
-            )
-        found.setdefault(name, (where, value))
-    made = {name: _array(path, *found[name], COLUMNS[name]) for name in COLUMNS if name in found}
+    found: dict[str, dict[str, list[Array]]] = {name: {} for name in COLUMNS}
+    for where, array in _leaves(content):
+        if match := _KNOWN.fullmatch(where):
+            parts = found[match[2].casefold()].setdefault(match[1], [])
+            parts.insert(0 if match[3] == ".time" else len(parts), array)
+    made: dict[str, Array] = {}
+    for name, places in found.items():
+        every = {where: _stacked(path, where, parts, COLUMNS[name]) for where, parts in places.items()}
+        for where, array in every.items():
+            if made.setdefault(name, array) is not array and not np.array_equal(made[name], array):
+                first = next(iter(every))
+                raise RecordingError(f"{path.name} holds {name} twice, as {first} and as {where}: save one by itself.")
     other = np.asarray(content.get(OTHER, ()))
     if other.ndim == 2 and other.dtype.kind in "fiu":
         made[OTHER] = other.astype(np.float64)
-    if not made:
-        rows = max(_matrices(content).values(), key=np.size, default=np.empty((0, 0))).shape
-        hint = f" It holds a matrix without names. {name_columns(min(rows))}" if any(rows) else ""
-        raise RecordingError(f"{path.name} holds none of {', '.join(COLUMNS)}.{hint}")
     described = np.asarray(content.get(METADATA, ""))
     text = str(described.flat[0]) if described.size else ""
     return made, metadata_of(text, path.name) if text else {}
 
 
-def matrix(path: Path, count: int) -> Array:
-    """The one matrix of a file with so many signals, its time among them: a row for each sample.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read, or holds no such matrix, or several.
-    """
-    found = _matrices(_content(path))
-    fitting = [value for value in found.values() if min(value.shape) == count]
-    if len(fitting) != 1:
-        listed = ", ".join(f"{name} {value.shape}" for name, value in found.items()) or "none"
+def _vectors(path: Path) -> Table:
+    """Read all vectors and columns of matrices as a table, named as MATLAB names them."""
+    content = _content(path)
+    named: dict[str, Vector] = {}
+    for where, array in _leaves(content):
+        columns = array.T if array.ndim == 1 or array.shape[0] >= array.shape[1] else array
+        for number, column in enumerate(np.atleast_2d(columns), 1):
+            named[where if array.ndim == 1 else f"{where}({number})"] = column.astype(np.float64)
+    longest = max((column.size for column in named.values()), default=0)
+    named = {where: column for where, column in named.items() if column.size > max(_SHORT * longest, _FEWEST - 1)}
+    if not named:
         raise RecordingError(
-            f"{path.name} should hold one matrix with {count} rows, as many as there are names in columns; of matrices "
-            f"it holds {listed}."
+            f"{path.name} holds none of {', '.join(COLUMNS)}, and no vectors of {_FEWEST} real numbers or more. Of "
+            "objects (timeseries, Dataset), which only MATLAB reads, save the vectors of their Time and Data."
         )
-    return np.asarray(fitting[0] if fitting[0].shape[1] == count else fitting[0].T, dtype=np.float64)
+    return Table(list(named), list(named.values()), {})
 
 
-def _matrices(content: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
-    """The matrices of numbers that can be signals: two or more, of more samples."""
-    found = {name: one for name, one in content.items() if isinstance(one, np.ndarray) and one.ndim == 2}
-    return {name: one for name, one in found.items() if min(one.shape) > 1 and one.dtype.kind in "fiu"}
+def _leaves(value: Any, where: str = "", depth: int = 0) -> Iterator[tuple[str, Array]]:
+    """Yield all vectors and matrices of numbers, in structures as well, with their names."""
+    if isinstance(value, Mapping) and depth <= _DEEPEST:
+        for name, inner in value.items():
+            yield from _leaves(inner, f"{where}.{name}".strip("."), depth + 1)
+    elif isinstance(value, list) and depth <= _DEEPEST:
+        for number, inner in enumerate(value, 1):
+            yield from _leaves(inner, f"{where}({number})", depth + 1)
+    elif isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and value.ndim in (1, 2) and value.size > 1:
+        yield where, np.squeeze(value)
 
 
 def _content(path: Path) -> dict[str, Any]:
@@ -299,55 +446,19 @@ def _of_hdf5(path: Path) -> dict[str, Any]:
         ) from None
 
 
-def _places(content: Mapping[str, Any], within: str = "", depth: int = 0) -> Iterator[tuple[str, str, Any]]:
-    """(name, where it is, value) of what is named like an array, in structures as well."""
-    for name, value in content.items():
-        where = f"{within}{name}"
-        if name.casefold() in COLUMNS:
-            yield name.casefold(), where, value
-        elif isinstance(value, Mapping) and depth < _DEEPEST:
-            yield from _places(value, f"{where}.", depth + 1)
-
-
-def _same(one: Any, other: Any) -> bool:
-    return not isinstance(one, Mapping) and not isinstance(other, Mapping) and np.array_equal(one, other)
-
-
-def _array(path: Path, where: str, value: Any, allowed: tuple[int, ...]) -> Array:
-    """A matrix of a time column and the signals."""
-    if isinstance(value, Mapping):
-        value = _with_time(path, where, value)
-    array = np.asarray(value)
+def _stacked(path: Path, where: str, parts: Sequence[Array], allowed: tuple[int, ...]) -> Array:
+    """Return a matrix of time and signals: one as it is; or of a structure, its time before its signals."""
+    array = parts[0]
+    if len(parts) > 1:
+        samples = array.size
+        columns = [part.T if part.ndim == 2 and part.shape[0] != samples else part for part in parts]
+        array = np.column_stack(columns) if all(part.shape[0] == samples for part in columns) else np.empty(0)
     if array.ndim == 2 and array.shape[1] not in allowed and array.shape[0] in allowed:
         array = array.T
-    if array.ndim != 2 or array.shape[1] not in allowed or array.dtype.kind not in "fiu":
+    if array.ndim != 2 or array.shape[1] not in allowed:
+        shapes, more = " and ".join(str(part.shape) for part in parts), " or ".join(str(n - 1) for n in allowed)
         raise RecordingError(
-            f"{path.name}: {where} is {array.shape} of {array.dtype}; it should be a time column and "
-            f"{' or '.join(str(columns - 1) for columns in allowed)} more, all numbers."
+            f"{path.name}: {where} is {shapes}; it should be a time column and {more} more, or a structure with time "
+            "and signals.values."
         )
     return np.ascontiguousarray(array, dtype=np.float64)
-
-
-def _with_time(path: Path, where: str, value: Mapping[str, Any]) -> Array:
-    """The matrix of a structure with time."""
-    signals = value.get("signals")
-    one_or_more: list[Any] = signals if isinstance(signals, list) else [signals]
-    try:
-        time = np.asarray(value["time"], dtype=np.float64).ravel()
-        columns = [_columns(one["values"], time.size) for one in one_or_more]
-        return np.column_stack([time, *columns])
-    except (KeyError, TypeError, ValueError, IndexError):
-        raise RecordingError(
-            f"{path.name}: {where} is a structure; it should have the fields time and signals.values, of one "
-            "length and all numbers."
-        ) from None
-
-
-def _columns(values: Any, samples: int) -> Array:
-    """Signals (samples, n), whether they come in rows or in columns."""
-    array = np.squeeze(np.asarray(values, dtype=np.float64))
-    if array.ndim == 2 and array.shape[0] != samples:
-        array = array.T
-    if array.shape[:1] != (samples,):
-        raise ValueError(array.shape)
-    return array.reshape(samples, -1)

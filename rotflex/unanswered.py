@@ -7,6 +7,7 @@ neighbours. Both are lists of stretches, each the number of its first sample and
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -83,4 +84,12 @@ def cut(metadata: Mapping[str, Any], first: int, samples: int) -> dict[str, Any]
     if all_noted and "late" in timing:  # what is held and not lost came late, but for a sample before each pause
         held, lost = (sum(count for _first, count in timing.get(name, ())) for name in (HELD, LOST))
         timing |= {"late": min(counted(metadata)[0], held - lost), "missed": lost}
+    return {**metadata, TIMING: timing} if timing else dict(metadata)
+
+
+def resampled(metadata: Mapping[str, Any], ratio: float) -> dict[str, Any]:
+    """Return the metadata of a recording with ``ratio`` times as many samples: counts in proportion, no stretches."""
+    timing = {name: value for name, value in table_of(metadata, TIMING).items() if name not in (HELD, LOST)}
+    if timing:
+        timing |= dict(zip(("late", "missed"), (math.ceil(count * ratio) for count in _counted(metadata)), strict=True))
     return {**metadata, TIMING: timing} if timing else dict(metadata)

@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import loadmat, savemat
 
-from rotflex.errors import RecordingError
+from rotflex import identification
+from rotflex.errors import RecordingError, UnknownColumns
 from rotflex.recording import UNITS, Channel, Recording
 from rotflex.units import DEG
 
@@ -105,7 +106,7 @@ def test_arrays_are_copies_that_cannot_be_changed():
     [
         (T, T[:-1], "'theta'.*49.*50"),
         (T[:1], T[:1], "two samples.* 1"),
-        (np.r_[T[:20], T[21:], 0.1], T, "0.038 s.*0.042 s.*0.002 s"),
+        (np.where(T[20] == T, 0.038, T), T, "not increase.*0.038 s.*0.038 s"),
         (T, np.where(T[7] == T, np.nan, T), "'theta'.*not finite.* 7"),
         (np.where(T[3] == T, np.inf, T), T, "time.*not finite.* 3"),
         (T, T.reshape(25, 2), r"'theta'.*one-dimensional.*\(25, 2\)"),
@@ -232,6 +233,10 @@ def test_a_csv_file_is_in_degrees_and_can_be_read_by_a_person(tmp_path):
         ("a.csv", "Zeit;W;U\n0;1,5;-2\n0,002;3;4\n", ("t_s", "theta_deg", "vm_V")),
         ("a.csv", "time [ms];Theta [°];Vm [mV]\n0;1,5;-2000\n2;3;4000\n", ()),
         ("a.csv", f"t_s,theta_rad,vm_V\n0,{1.5 * DEG},-2\n0.002,{3 * DEG},4\n", ()),
+        ("a.csv", 'run 3, 2025-05-02\n"Time","Theta","Vm"\n"s","deg","V"\n0,1.5,-2\n0.002,3,4\n', ()),
+        ("a.dat", "% Bench 2\n% time (ms)  theta (deg)  vm (V)\n 0  1,5  -2\n 2  3,0  4\n% end\n", ()),
+        ("a.log", "0 9 1.5 -2 ok\n2e-3 9 3 4 late\n", "t_s=1,theta_deg=3,vm_V=4"),
+        ("a.csv", "time,pot,u,theta_deg\n0,1.5,-2,9\n0.002,3,4,9\n", "t_s=time, theta_deg=pot, vm_V=3"),
         ("a.tsv", "0\t1,5\t-2\n0,002\t3\t4\n", "t_s,theta_deg,vm_V"),
         ("a.txt", "0\t9\t1.5\t-2\n2e-3\t9\t3\t4\n", "time (s), -, theta (deg), V_m (V)"),
     ],
@@ -246,6 +251,117 @@ def test_a_table_is_read_as_people_have_it(tmp_path, name, table, columns, encod
     np.testing.assert_allclose(recording["vm"], [-2, 4])
 
 
+@settings(max_examples=80)
+@given(
+    recordings().filter(lambda recording: all(name in UNITS for name in recording.channels)),
+    st.sampled_from([" ", "\t", ",", ";", ", ", "  "]),
+    st.sampled_from(["# ", "% ", ""]),
+    st.sampled_from(["%.18e", "%.17g"]),
+    st.sampled_from(["\n", "\r\n"]),
+    st.sampled_from([("_", ""), (" (", ")"), (" [", "]"), ("", "")]),
+)
+def test_what_numpys_savetxt_writes_is_read_back(tmp_path_factory, recording, separator, sign, fmt, newline, about):
+    """In any dialect; where headings have no units, or there are none, ``columns`` says what they are."""
+    path = tmp_path_factory.mktemp("savetxt") / "log.txt"
+    names = {"t": "s"} | {name: "V" if name == "vm" else "deg" for name in recording.channels}
+    table = [recording.time] + [recording["vm"] if n == "vm" else recording.degrees(n) for n in recording.channels]
+    headings = [f"{name}{about[0]}{unit * bool(about[0])}{about[1]}" for name, unit in names.items()]
+    header = {"header": (separator.strip(" ") or " ").join(headings), "comments": sign} if about[0] or sign else {}
+    np.savetxt(path, np.column_stack(table), fmt, delimiter=separator, newline=newline, **header)
+    if about[0]:
+        read = Recording.load(path)
+    else:
+        with pytest.raises(UnknownColumns):
+            Recording.load(path)
+        read = Recording.load(path, columns=[f"{name}_{unit}" for name, unit in names.items()])
+    assert_same(read, recording, 1e-9)
+
+
+def test_where_headings_do_not_say_what_columns_are_there_is_a_guess(tmp_path):
+    path = tmp_path / "a.txt"
+    np.savetxt(path, np.column_stack([T, 20 * np.sin(T * 40), T * 1000, 2 + 0 * T]), header="n u t_ms $\\theta$")
+    with pytest.raises(UnknownColumns) as raised:
+        Recording.load(path)
+    assert raised.value.guess == {"t": "3 ms", "theta": "4 rad", "vm": "2 V"}
+    assert ["2", "u", "0", "1.59829", "3.18636"] in [line.split() for line in str(raised.value).splitlines()]
+    np.savetxt(path, np.column_stack([T * 1000, 20 * np.sin(T * 40), np.sin(T)]))
+    with pytest.raises(UnknownColumns, match="columns='t_ms=1,theta_deg=2,alpha_deg=3'"):
+        Recording.load(path)
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ("t_s=1,theta_deg", "'theta_deg' is 0 of its columns"),
+        ("t_s=1,theta_deg=4", "'theta_deg=4' is 0 of its columns"),
+        ("t_s=1,theta_deg=2,theta_rad=3", "two columns for theta"),
+        ("theta_deg=2", r"headed t_s.*theta_deg=2"),
+        ("t_s=1,theta=2", "'theta' should be one of"),
+    ],
+)
+def test_columns_that_are_not_there_are_refused(tmp_path, columns, words):
+    np.savetxt(tmp_path / "a.txt", np.column_stack([T, T, T]))
+    with pytest.raises(RecordingError, match=words):
+        Recording.load(tmp_path / "a.txt", columns=columns)
+
+
+@pytest.mark.parametrize("save", [savemat, save_73])
+def test_vectors_and_structures_of_matlab_under_any_name_are_columns(tmp_path, save):
+    path = tmp_path / "log.mat"
+    structure = {"time": T * 1000, "signals": {"values": np.column_stack([10 * T, 2 * T])}}
+    content = {"theta_deg": 10 * T, "t_s": T, "gain": np.eye(2)}
+    save(path, content)
+    np.testing.assert_allclose(Recording.load(path).degrees("theta"), 10 * T)
+    save(path, {**content, "run": {"log": structure}, "n": np.arange(50, dtype=np.uint8)})
+    value = "run.log.signals.values"
+    read = Recording.load(path, columns=f"t_ms=run.log.time,theta_deg={value}(1),vm_V={value}(2)")
+    np.testing.assert_allclose(read.time, T, atol=1e-12)
+    np.testing.assert_allclose(read.degrees("theta"), 10 * T)
+    np.testing.assert_allclose(read["vm"], 2 * T)
+
+
+@pytest.mark.parametrize("ending", [".m", ".tdms", ".bin"])
+def test_what_is_no_table_is_named_as_what_it_is(tmp_path, ending):
+    (tmp_path / f"log{ending}").write_bytes(b"t = 0:0.002:1;")
+    words = {".m": "MATLAB.*save", ".tdms": "LabVIEW.*npTDMS", ".bin": "fromfile"}
+    with pytest.raises(RecordingError, match=rf"log\{ending} is a?.*{words[ending]}"):
+        Recording.load(tmp_path / f"log{ending}")
+
+
+UNEVEN = np.cumsum([0.0] + [0.002, 0.003, 0.002] * 100)
+
+
+def test_an_uneven_recording_is_refused_where_its_sample_time_counts_and_resampled(tmp_path):
+    about = {"timing": {"late": 3, "missed": 0, "held": [[1, 3]], "drift": 0.0}, "note": "mine"}
+    uneven = Recording.of(UNEVEN + 5, about, theta=3 * UNEVEN, vm=1 - UNEVEN)
+    with pytest.raises(RecordingError, match=r"not evenly spaced.*5\.002 s.*5\.005 s.*resampled"):
+        identification.frequency_response(uneven, "vm", "theta")
+    even = uneven.resampled(0.001)
+    assert even.sample_time == pytest.approx(0.001) and len(even) == 701 and "unevenly" in repr(uneven)
+    np.testing.assert_allclose(even["theta"], 3 * even.time, atol=1e-12)  # a straight line stays one
+    np.testing.assert_allclose(even["vm"], 1 - even.time, atol=1e-12)
+    resampled = {"method": "linear", "from": pytest.approx(0.002)}
+    timing = {"late": 7, "missed": 0, "drift": 0.0}
+    assert even.metadata == {"note": "mine", "resampled": resampled, "timing": timing, "sample_time": 0.001}
+    assert Recording.load(even.save(tmp_path / "even.csv")).sample_time == pytest.approx(0.001)
+
+
+def test_a_gap_is_not_bridged():
+    gap = np.r_[T[:20], T[22:]]
+    assert len(Recording.of(np.r_[T[:20], T[21:]], theta=gap[:1].repeat(49)).resampled(0.002)) == 50  # two steps
+    with pytest.raises(RecordingError, match=r"between t = 0\.038 s and 0\.044 s"):
+        Recording.of(gap, theta=gap).resampled(0.002)
+
+
+@settings(max_examples=40)
+@given(recordings())
+def test_resampling_at_its_own_rate_changes_nothing(recording):
+    again = recording.resampled(recording.sample_time)
+    assert len(again) == len(recording)
+    for name, channel in recording.channels.items():
+        np.testing.assert_allclose(again[name], channel.values, atol=1e-9 * np.abs(channel.values).max())
+
+
 TO_FILE = np.vstack([T, 20 + 0 * T, 10 * T, 2 * T])
 
 
@@ -253,12 +369,12 @@ TO_FILE = np.vstack([T, 20 + 0 * T, 10 * T, 2 * T])
 def test_the_matrix_of_simulinks_to_file_asks_for_the_names_of_its_rows(tmp_path, save):
     path = tmp_path / "ans.mat"
     save(path, {"ans": TO_FILE, "K": np.eye(2)})
-    with pytest.raises(RecordingError, match=r"ans\.mat holds none of .* 4 columns .*--columns"):
+    with pytest.raises(UnknownColumns, match=r"(?s)ans\.mat: .*'ans\(1\)'.* 4 ans\(4\).*--columns"):
         Recording.load(path)
     recording = Recording.load(path, columns="t_s,-,theta_deg,vm_V")
     np.testing.assert_allclose(recording.degrees("theta"), 10 * T)
     np.testing.assert_allclose(recording["vm"], 2 * T)
-    with pytest.raises(RecordingError, match=r"matrix with 3 rows.* ans \(4, 50\)"):
+    with pytest.raises(RecordingError, match=r"has 4 columns, and columns= names 3"):
         Recording.load(path, columns="t_s,theta_deg,vm_V")
     with pytest.raises(RecordingError, match="one file at a time"):
         Recording.load(path, path, columns="t_s,-,theta_deg,vm_V")
@@ -375,27 +491,33 @@ NOT_JSON = "not JSON"
 @pytest.mark.parametrize(
     ("content", "named"),
     [
-        ({"other": TABLE}, "data_theta, data_alpha, data_vm"),
+        ({"other": TABLE}, r"'other\(1\)' should be one of t, "),
+        ({"K": np.eye(4)}, "data_theta, data_alpha, data_vm, and no vectors"),
+        ({"x": np.sin(90 * TABLE) @ np.eye(2, 4)}, r"no column grows.* time.*Recording\.of(?s:.*) 4 x\(4\)"),
         ({"data_vm": T}, r"data_vm is \(50,\)"),
         ({"data_theta": np.column_stack([T] * 4)}, r"data_theta.*\(50, 4\).*2 more"),
-        ({"data_vm": TABLE * 1j}, "data_vm is .*complex"),
-        ({"data_vm": {"field": 1}}, r"data_vm.*structure.*signals\.values"),
+        ({"data_vm": TABLE * 1j}, "data_vm, and no vectors of 20 real numbers"),
+        ({"data_vm": {"time": T, "signals": {"values": T[:-1]}}}, r"data_vm is \(50,\) and \(49,\).*structure"),
+        ({"data_vm": TABLE, "run": {"data_vm": 2 * TABLE}}, r"data_vm twice, as data_vm and as run\.data_vm"),
         ({"data_vm": np.zeros((0, 2))}, ""),
         ({"data_vm": TABLE, "data_alpha": TABLE[:-1]}, "data_vm.*time axis.*data_alpha"),
         ({"data_alpha": np.where(TABLE[9] == TABLE, np.nan, TABLE)}, "not finite.* 9"),
         ({"data_vm": TABLE, "rotflex_metadata": "[" * 50_000}, NOT_JSON),
         ({"data_vm": TABLE, "rotflex_metadata": "[1]"}, "a JSON object"),
-        (b"", "headed t_s"),
+        (b"", "no row of numbers"),
+        (b"Time: 5 Position: 3\nTime: 6 Position: 4\n", "no row of numbers.*'Time: 5 Position: 3'"),
         (b"theta_deg,vm_V\n0,1\n1,2\n", r"headed t_s.*\['theta_deg', 'vm_V'\]"),
-        (b"time (s),alpha (V)\n0,1\n1,2\n", r"'alpha \(V\)' is none"),
+        (b"time (s),alpha (V)\n0,1\n1,2\n", r"'alpha \(V\)' should be one of.*theta_deg"),
         (b"t_s;theta_deg\n0;1,5\n1;1.234,5\n", "2 numbers.*1.234.5"),
-        (b"0\t1\t2\n1\t2\t3\n", "no headings.* 3 columns.*columns=.*--columns t_s,theta_deg"),
-        (b"t_s,theta_deg\n", "two samples.* 0"),
+        (b"0\t1\t2\n1\t2\t3\n", "no headings(?s:.*)  3 (?s:.*)columns=.*--columns 't_ms=1,"),
+        (b"t_s,theta_deg\n", "no row of numbers.*'t_s,theta_deg'"),
+        (b"t_s,theta_deg\n0,1\n", "two samples.* 1"),
         (b"t_s,theta_deg\n0,1\n1,two\n", "2 numbers.*'two'"),
         (b"t_s,theta_deg\n0,1\n1,nan\n", "'theta'.*not finite.* 1"),
         (b"t_s,theta_deg,theta_rad\n0,1,1\n1,1,1\n", "two.*for theta"),
         (b"t_s,theta\n0,1\n1,1\n", "'theta'.*theta_ref.*theta_deg"),
-        (b"# not JSON\nt_s,theta_deg\n0,1\n0.1,2\n", NOT_JSON),
+        (b"# {not JSON}\nt_s,theta_deg\n0,1\n0.1,2\n", NOT_JSON),
+        (b"0\x00\x01\x02", "no text.*export"),
     ],
 )
 def test_a_file_that_is_no_recording_says_why(tmp_path, content, named):
