@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from enum import StrEnum
 from functools import partial
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 import typer.core
 
-from rotflex.errors import ConfigurationError, IdentificationError, MotorNotStopped, RotflexError
+from rotflex.errors import ConfigurationError, IdentificationError, MotorNotStopped, RotflexError, UnknownColumns
 
 if TYPE_CHECKING:
     from rotflex.hil.bench import Bench, Measurement
@@ -271,7 +272,7 @@ def fit_twin(
     recordings: Annotated[
         list[Path],
         typer.Argument(
-            metavar="RECORDING", help="Recordings of one bench, .mat, .csv or .txt; three or more say most."
+            metavar="RECORDING", help="Recordings of one bench, .mat or tables of text; three or more say most."
         ),
     ],
     out: Annotated[Path, typer.Option(help="The file that is written.")] = Path("twin.toml"),
@@ -291,8 +292,8 @@ def fit_twin(
     columns: Annotated[
         str,
         typer.Option(
-            help="Names of the columns of a table without headings, or of the rows of Simulink's To File, as "
-            "'t_s,theta_deg,alpha_deg,vm_V'; - for what is of no interest."
+            help="What the columns of a table are, by number or name, as 't_s=1,theta_deg=pot,vm_V=3'; or all in "
+            "order, as 't_s,theta_deg,-,vm_V'. On a terminal it is asked where a file does not say it."
         ),
     ] = "",
     leave_out: Annotated[bool, typer.Option(help="Fit without each recording in turn, too, and predict it.")] = True,
@@ -306,12 +307,11 @@ def fit_twin(
     from rotflex.hil.bench_file import Twin, save_twin
     from rotflex.hil.student_benches import VirtualPlantSpec
     from rotflex.hil.virtual import Timing
-    from rotflex.recording import Recording
 
     _check_out(out, force)
     if out.suffix != ".toml":
         raise ConfigurationError(f"{out}: a fitted bench is a file whose name ends in .toml.")
-    every = {str(path): Recording.load(path, columns=columns) for path in recordings}
+    every = {str(path): _load(path, columns) for path in recordings}
     if len({path.read_bytes() for path in recordings}) < len(recordings):
         raise ConfigurationError(
             "The same recording is named twice: name recordings of different runs (of a virtual bench, with &run=2)."
@@ -328,6 +328,8 @@ def fit_twin(
     for path, recording in every.items():
         _check_fit(path, recording)
     given, titles = list(every.values()), list(every)
+    most = greybox.solving.MOST_RUNS * len(given)
+    typer.echo(f"Fitting {', '.join(titles)}: {most} runs of the plant at most, and usually a fifth.", err=True)
     fitted = greybox.fit(given, servo, arm, names, initial, per_recording=own)
     typer.echo(fitted.table(titles))
     about: dict[str, Any] = {"recordings": [path.name for path in recordings]}
@@ -340,19 +342,44 @@ def fit_twin(
     if len(every) == 1:
         typer.echo("There is one recording: how well the fit tells of another, it cannot say.")
     elif leave_out:  # the file is there already: this takes as long again, or longer
+        typer.echo(f"Fitting once more without each in turn: {len(every)} fits.", err=True)
         try:
             typer.echo(greybox.leave_one_out(given, servo, arm, names, initial, per_recording=own).table(titles))
         except IdentificationError as error:  # the fit itself is saved already
             typer.echo(f"How well it tells of one that it has not seen, cannot be said: {error}")
 
 
+def _load(path: Path, columns: str) -> Recording:
+    """Load a recording; show the first rows and ask on a terminal, where it does not say what its columns are.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or nobody can be asked.
+    """
+    from rotflex.recording import Recording
+
+    try:
+        return Recording.load(path, columns=columns)
+    except UnknownColumns as error:
+        if not sys.stdin.isatty():
+            raise
+        typer.echo(error)
+        asked = []
+        for name in ("t", "theta", "alpha", "vm"):
+            answer = typer.prompt(f"Column and unit of {name} (- for none)", default=error.guess.get(name, "-"))
+            number, _blank, unit = answer.strip().partition(" ")
+            asked += [f"{name}_{unit.strip()}={number}"] * (number != "-")
+        return Recording.load(path, columns=asked)
+
+
 def _check_fit(path: str, recording: Recording) -> None:
-    """Raise IdentificationError where nothing moves in a recording, or it is not to be relied on."""
+    """Raise IdentificationError where nothing moves in a recording, or its samples are not evenly spaced."""
     from rotflex.identification import channel
 
     try:
-        channel(recording, "theta"), channel(recording, "alpha")
-    except IdentificationError as error:
+        channel(recording, "theta"), channel(recording, "alpha"), recording.sample_time
+    except RotflexError as error:
         raise IdentificationError(f"{path}: {error} Leave it out.") from None
 
 

@@ -12,7 +12,7 @@ SWITCH = "TQDM_DISABLE"  #: environment variable of tqdm; if it is set, no bar i
 _NOT_IN_LOGS = None  # as tqdm's ``disable``: no bar if stderr is no terminal; notebooks still show theirs
 
 
-def progress(items: Iterable[Any] | None, what: str, unit: str, show: bool = True) -> Any:
+def progress(items: Iterable[Any] | None, what: str, unit: str, show: bool = True, most: int = 0) -> Any:
     """Make a bar of tqdm, which shows after a second: to iterate over, or without ``items`` to call ``update`` of.
 
     Parameters
@@ -20,6 +20,7 @@ def progress(items: Iterable[Any] | None, what: str, unit: str, show: bool = Tru
     items : what to go through, or None
     what, unit : the bar's description, and what it counts
     show : whether to show it
+    most : how many there can be, where ``items`` do not say it; 0 if that is not known
     """
     if not show or os.environ.get(SWITCH):
         from tqdm import tqdm
@@ -29,4 +30,4 @@ def progress(items: Iterable[Any] | None, what: str, unit: str, show: bool = Tru
         return tqdm(items, disable=True)
     from tqdm.auto import tqdm
 
-    return tqdm(items, desc=what, unit=unit, delay=AFTER, leave=False, disable=_NOT_IN_LOGS)
+    return tqdm(items, desc=what, unit=unit, total=most or None, delay=AFTER, leave=False, disable=_NOT_IN_LOGS)

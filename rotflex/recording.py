@@ -492,11 +492,8 @@ def _read_table(path: Path, columns: Sequence[str]) -> Recording:
     table = recording_files.table(path)
     further = {f"{name}_{unit}": (name, unit) for name, unit in _take_other(table.metadata).items()}
     other = [] if columns else [n for n, heading in enumerate(table.headings) if n and heading in further]
-    usual = [n for n in range(len(table.columns)) if n not in other]
-    known = table._replace(
-        headings=[table.headings[n] for n in usual if table.headings], columns=[table.columns[n] for n in usual]
-    )
-    time, found = recording_files.signals(path.name, known, columns, UNITS)
+    usual = [f"{heading}={n + 1}" for n, heading in enumerate(table.headings) if n not in other]
+    time, found = recording_files.signals(path.name, table, usual if other else columns, UNITS)
     try:
         channels = {name: Channel(values, UNITS[name]) for name, values in found.items()}
         for n in other:

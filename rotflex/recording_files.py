@@ -41,6 +41,7 @@ _SCALES |= {"deg": ("rad", DEG), "°": ("rad", DEG), "rad": ("rad", 1.0), "v": (
 _HEADING = re.compile(r"(.+?)\s*[(\[](.+)[)\]]|(.+)_(.+)")
 #: What MATLAB has about the name of a signal: structures that it is in, and the number of a column.
 _OF_STRUCTURES = re.compile(r"^(\w+(\(\d+\))?\.)+(?=\w)(?!signals|values)|(\.signals(\(\d+\))?\.values)?(\(\d+\))?$")
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|nan|[-+]?inf", re.IGNORECASE)
 _SEPARATORS = (";", "\t", ",", None)  # None: blanks
 _OF_NO_INTEREST = "-"  # in place of a name
 _GUESSED = ("t", "theta", "alpha", "vm")  # the channels of a log, in the order in which most tables have them
@@ -57,7 +58,6 @@ METADATA = "rotflex_metadata"  #: name of the text that says where a recording c
 _DEEPEST = 5  # structures within structures
 _HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF")  # how such files begin
 _OCTAVE = b"# Created by Octave"
-_AS_TEXT = "Open it in the program that wrote it, and export the signals with their time as text (.csv)."
 #: Ending of files that hold no table which can be read here → what they are, and the way out.
 _NO_TABLE = {
     ".m": "a program for MATLAB or Octave. Run it there, and save its vectors: save('log.mat', 't', 'theta', '-v7').",
@@ -112,9 +112,7 @@ def signals(
         name, unit = _meaning(heading, inside)
         into, factor = _SCALES.get(unit.casefold(), ("", 1.0))
         if not name or into != inside[name]:
-            why = (
-                f"column {heading!r} should be one of {', '.join(inside)} with its unit, as in theta_deg or theta (deg)"
-            )
+            why = f"{heading!r} should be one of {', '.join(inside)} with its unit, as in theta_deg or theta (deg)"
             raise RecordingError(f"{file}: {why}.") if columns else _unknown(file, table, why)
         if name in found:
             raise RecordingError(f"{file}: there are two columns for {name}.")
@@ -142,9 +140,7 @@ def _chosen(file: str, table: Table, columns: Sequence[str]) -> Iterator[tuple[s
         name, _equals, which = (part.strip() for part in entry.partition("="))
         places = [n for n in range(count) if which in (str(n + 1), *table.headings[n : n + 1])]
         if len(places) != 1:
-            raise RecordingError(
-                f"{file}: in columns=, {entry!r} is {len(places)} of its columns. {_first_rows(table)}"
-            )
+            raise RecordingError(f"{file}: {entry!r} is {len(places)} of its columns. {_first_rows(table)}")
         yield name, places[0]
 
 
@@ -221,22 +217,18 @@ def _text(path: Path) -> Table:
         metadata = metadata_of(lines.pop(0)[1:], path.name)
     first, cells = next(((n, cells) for n, line in enumerate(lines) if (cells := _numbers(line))), (0, []))
     if not cells:
-        begins = f": its first line is {lines[0][:80]!r}" if lines else ""
-        raise RecordingError(f"{path.name} has no row of numbers, which every sample should be{begins}.")
+        begins = "".join(lines[:1])[:80]
+        raise RecordingError(f"{path.name} has no row of numbers, which every sample should be; it begins: {begins!r}.")
     separator = _separator(lines[first])
     if separator != ",":
         lines[first:] = [line.replace(",", ".") for line in lines[first:]]
-    lines[first:] = [line.replace('"', "") for line in lines[first:]]
-    used = [place for place, cell in enumerate(cells) if _is_number(cell)]
-    every = len(used) == len(cells)
+    rows = (line.replace('"', "") for line in lines[first:])
+    used = [place for place, cell in enumerate(cells) if _NUMBER.fullmatch(cell)]
+    some = used if len(used) < len(cells) else None
     try:
-        numbers = np.loadtxt(
-            lines[first:], delimiter=separator, comments=["#", "%"], ndmin=2, usecols=None if every else used
-        )
+        numbers = np.loadtxt(rows, delimiter=separator, comments=["#", "%"], ndmin=2, usecols=some)
     except ValueError as error:
-        raise RecordingError(
-            f"{path.name}: every row needs {len(used)} numbers, as the first one has: {error}"
-        ) from None
+        raise RecordingError(f"{path.name}: every row needs {len(used)} numbers, as the first: {error}") from None
     headings = _headings(lines[:first], separator, len(cells))
     return Table([headings[place] for place in used] if headings else (), list(numbers.T), metadata)
 
@@ -247,12 +239,10 @@ def _headings(lines: Sequence[str], separator: str | None, count: int) -> list[s
     for line in lines:
         bare = line.strip().lstrip("#%").strip(" \r\n")
         tried = (_cells(bare, one) for one in (separator, *_SEPARATORS))  # numpy's savetxt has other ones in its header
-        rows += [row for row in [next((row for row in tried if len(row) == count), [])] if row]
-    if not rows:
-        return []
+        rows += next(([row] for row in tried if len(row) == count), [])
     if len(rows) > 1 and all(unit.strip("()[] ").casefold() in (*_SCALES, "", _OF_NO_INTEREST) for unit in rows[-1]):
         return [f"{name} ({unit.strip('()[] ')})" for name, unit in zip(*rows[-2:], strict=True)]
-    return rows[-1]
+    return rows[-1] if rows else []
 
 
 def _separator(line: str) -> str | None:
@@ -265,7 +255,8 @@ def _numbers(line: str) -> list[str]:
     """Return the cells of a row of numbers, in which text may stand, too; none if the line is another one."""
     separator = _separator(line)
     cells = _cells(line if separator == "," else line.replace(",", "."), separator)
-    return cells if len(cells) > 1 and _is_number(cells[0]) and sum(map(_is_number, cells)) > 1 else []
+    numbers = [_NUMBER.fullmatch(cell) is not None for cell in cells]
+    return cells if sum(numbers) > 1 and numbers[0] else []
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
@@ -274,24 +265,14 @@ def _cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line[:_LINE]], delimiter=separator, skipinitialspace=True), [])]
 
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
 def _decoded(path: Path) -> str:
     try:
         content = path.read_bytes()
-    except FileNotFoundError:
-        raise RecordingError(f"There is no file {path}.") from None
     except OSError as error:
-        raise RecordingError(f"{path.name} cannot be read: {error.strerror}.") from None
+        raise RecordingError(f"{path} cannot be read: {error.strerror}.") from None
     wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))  # Excel's "Unicode text"
     if b"\0" in content and not wide:
-        raise RecordingError(f"{path.name} is no text. {_AS_TEXT}")
+        raise RecordingError(f"{path.name} is no text: in the program that wrote it, export it as text (.csv).")
     try:
         return content.decode("utf-16" if wide else "utf-8-sig")  # spreadsheets put a byte order mark first
     except UnicodeDecodeError:

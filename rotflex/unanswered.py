@@ -91,5 +91,5 @@ def resampled(metadata: Mapping[str, Any], ratio: float) -> dict[str, Any]:
     """Return the metadata of a recording with ``ratio`` times as many samples: counts in proportion, no stretches."""
     timing = {name: value for name, value in table_of(metadata, TIMING).items() if name not in (HELD, LOST)}
     if timing:
-        timing |= dict(zip(("late", "missed"), (math.ceil(count * ratio) for count in _counted(metadata)), strict=True))
+        timing |= dict(zip(("late", "missed"), (math.ceil(count * ratio) for count in counted(metadata)), strict=True))
     return {**metadata, TIMING: timing} if timing else dict(metadata)

@@ -7,6 +7,7 @@ import shutil
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import miswired
 import numpy as np
@@ -15,7 +16,7 @@ import quanser_double
 from fault_board import FaultBoard, bench_of
 from typer.testing import CliRunner
 
-from rotflex import commissioning, experiments, hil
+from rotflex import bench_commands, commissioning, experiments, hil
 from rotflex.cli import app
 from rotflex.errors import BenchError, LimitExceeded, RecordingError
 from rotflex.hil import bench_file, real
@@ -216,6 +217,28 @@ def test_columns_of_a_table_without_headings_are_named():
     assert "no headings" in said("fit", "log.txt", code=2)
     columns = ("--columns", "t_s,theta_deg,alpha_deg,vm_V")
     assert "open it as virtual:twin.toml" in said("fit", "log.txt", *columns, "--free", "K_s")
+
+
+def test_on_a_terminal_the_first_rows_are_shown_and_the_columns_asked_for(monkeypatch):
+    log = Recording.load(recorded("log.mat"))
+    table = np.column_stack([log.time * 1000, log["vm"], log.degrees("alpha"), log.degrees("theta")])
+    np.savetxt("log.txt", table, header="ms volt deflection pot")
+    terminal = SimpleNamespace(isatty=lambda: True)
+    monkeypatch.setattr(bench_commands, "sys", SimpleNamespace(stdin=terminal))
+    words = ["bench", "fit", "log.txt", "--free", "K_s"]
+    result = CliRunner().invoke(app, words, input="\n4 deg\n\n2 V\n")  # t and alpha as guessed
+    assert result.exit_code == 0, result.output
+    assert " 4 pot " in result.output and "theta (- for none) [-]: 4 deg" in result.output
+    fitted = tomllib.loads(Path("twin.toml").read_text())["plant"]
+    said("fit", "log.mat", "--free", "K_s", "--out", "same.toml")
+    assert fitted["K_s"] == pytest.approx(tomllib.loads(Path("same.toml").read_text())["plant"]["K_s"], rel=1e-3)
+
+
+def test_an_uneven_recording_is_not_fitted():
+    log = Recording.load(recorded("log.mat"))
+    uneven = np.r_[0:600, 601 : len(log)]
+    Recording.of(log.time[uneven], theta=log["theta"][uneven], alpha=log["alpha"][uneven]).save("log.csv")
+    assert "log.csv: The samples are not evenly spaced: after t = 1.198 s" in said("fit", "log.csv", code=2)
 
 
 def recorded(name: str, run: int = 1, duration: str = "3") -> str:

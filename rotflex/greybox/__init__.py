@@ -81,7 +81,7 @@ def fit(
 
     The voltage is taken to be held from one output to the next, as the control loop does. About seventy runs of the
     plant are needed: some 5 to 10 s for a recording of 10 s at 2 ms, and half as long again for each parameter that
-    proves undetermined.
+    proves undetermined. A fit ends after ``solving.MOST_RUNS`` runs for each recording.
 
     Parameters
     ----------
@@ -104,8 +104,8 @@ def fit(
     ------
     IdentificationError
         If a recording is not to be relied on (:mod:`rotflex.doubts`), a channel is missing or constant, nothing moves
-        in three windows of 1 s, or the recordings do not determine the parameters. None separates J_l from
-        torque_per_volt, or B_eq from braking.
+        in three windows of 1 s, the recordings do not determine the parameters, or the fit does not settle. None
+        separates J_l from torque_per_volt, or B_eq from braking.
     ConfigurationError
         If a name does not exist.
     """

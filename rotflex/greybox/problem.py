@@ -153,6 +153,7 @@ class Problem:
     ----------
     names : of the unknowns, those of one recording with its place among several, as in ``alpha_offset[1]``
     count : called at each run of the plant
+    runs : how often the plant was run
     """
 
     def __init__(
@@ -166,6 +167,7 @@ class Problem:
         self.records = [Record(recording) for recording in recordings]
         self.start, self.free, self.delay = start, tuple(free), delay
         self.count: Callable[[], object] = lambda: None
+        self.runs = 0
         several = len(self.records) > 1
         self.own = tuple(name for name in free if name in per_recording) if several else ()
         self.unknowns = [one for name in self.free if name not in self.own for one in self._of_plant(name, None)]
@@ -219,6 +221,7 @@ class Problem:
         """theta and alpha (n,) of a recording, rad."""
         value = self.values(unknowns, place)
         rates = (value.get("theta_dot_0", 0.0), value.get("alpha_dot_0", 0.0))
+        self.runs += 1
         self.count()
         delay, plant = value.get("delay", self.delay), changed(self.start, value)
         return self.records[place].simulate(plant, delay, value["alpha_offset"], rates)

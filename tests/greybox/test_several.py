@@ -9,8 +9,8 @@ import pytest
 from rotflex import experiments, hil
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError, IdentificationError
-from rotflex.greybox import FREE, fit, leave_one_out
-from rotflex.greybox.problem import rms
+from rotflex.greybox import FREE, fit, leave_one_out, solving
+from rotflex.greybox.problem import Record, rms
 from rotflex.greybox.result import joined_rms
 from rotflex.greybox.solving import Optimum, Sureness, _fix, _next_to_fix, sureness
 from rotflex.hil.controllers import StateFeedback
@@ -232,10 +232,31 @@ def test_a_fit_that_leaves_much_is_doubted_in_words(together):
 
 
 @pytest.mark.scheduled
-def test_a_log_of_another_mechanism_is_doubted(other_mechanism_path):
+@pytest.mark.parametrize("free", [("K_s", "J_eq", "B_l", "servo_friction"), None])
+def test_a_log_of_another_mechanism_is_doubted_and_its_fit_ends_well_before_the_bound(other_mechanism_path, free, runs):
     log = Recording.load(other_mechanism_path)
-    found = fit(log, srv02(), joint(1), ("K_s", "J_eq", "B_l", "servo_friction"), progress=False)
+    found = fit(log, srv02(), joint(1), free, progress=False)
     assert ["left of the recording is theta" in doubt for doubt in found.doubts()] == [True]
+    assert len(runs) < solving.MOST_RUNS / 2
+
+
+@pytest.fixture
+def runs(monkeypatch):
+    """One element for each run of the plant."""
+    made, simulate = [], Record.simulate
+    monkeypatch.setattr(Record, "simulate", lambda *given: [made.append(1), simulate(*given)][1])
+    return made
+
+
+def test_a_whole_fit_ends_after_a_number_of_runs_of_the_plant(runs, monkeypatch):
+    log = run_of(SPEC, 1.0)
+    assert fit(log, srv02(), SPEC.joint, progress=False).fixed  # so that there is a second search
+    most = len(runs) * 4 // 5  # which neither of them takes
+    runs.clear()
+    monkeypatch.setattr(solving, "MOST_RUNS", most)
+    with pytest.raises(IdentificationError, match=f"not settled in {most} runs"):
+        fit(log, srv02(), SPEC.joint, progress=False)
+    assert most <= len(runs) < most + 12  # a Jacobian is finished
 
 
 def test_what_the_motor_does_is_given_up_where_it_does_nothing():
