@@ -25,7 +25,7 @@ import codecs
 import csv
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -118,9 +118,7 @@ def signals(
             raise RecordingError(f"{file}: there are two columns for {name}.")
         found[name] = table.columns[place] * factor
     if "t" not in found:
-        raise RecordingError(
-            f"{file}: a column should be headed t_s, or time (s); the headings are {list(columns or table.headings)}."
-        )
+        raise RecordingError(f"{file}: no column is headed t_s, or time (s): {list(columns or table.headings)}.")
     return found.pop("t"), found
 
 
@@ -159,7 +157,7 @@ def _meaning(heading: str, names: Iterable[str]) -> tuple[str, str]:
 def _unknown(file: str, table: Table, why: str) -> RecordingError:
     """Return the error that asks what the columns are, with a guess; or that says that none is a time."""
     longest = max(column.size for column in table.columns)
-    places = [place for place, column in enumerate(table.columns) if column.size == longest]
+    places = [n for n, column in enumerate(table.columns) if column.size == longest and not np.isnan(column).all()]
     growing = [place for place in places if (np.diff(table.columns[place]) > 0).all()]
     if not growing:
         return RecordingError(
@@ -223,14 +221,17 @@ def _text(path: Path) -> Table:
     if separator != ",":
         lines[first:] = [line.replace(",", ".") for line in lines[first:]]
     rows = (line.replace('"', "") for line in lines[first:])
-    used = [place for place, cell in enumerate(cells) if _NUMBER.fullmatch(cell)]
-    some = used if len(used) < len(cells) else None
+    convert: dict[int | str, Callable[[str], float]] = {
+        place: (lambda _text: np.nan) if cell and not _NUMBER.fullmatch(cell) else _or_none
+        for place, cell in enumerate(cells)
+    }
     try:
-        numbers = np.loadtxt(rows, delimiter=separator, comments=["#", "%"], ndmin=2, usecols=some)
+        numbers = np.loadtxt(rows, np.float64, ["#", "%"], separator, convert, ndmin=2)
     except ValueError as error:
-        raise RecordingError(f"{path.name}: every row needs {len(used)} numbers, as the first: {error}") from None
+        raise RecordingError(f"{path.name}: every row needs {len(cells)} numbers, as the first: {error}") from None
     headings = _headings(lines[:first], separator, len(cells))
-    return Table([headings[place] for place in used] if headings else (), list(numbers.T), metadata)
+    last = np.flatnonzero(~np.isnan(numbers).all(axis=0)).max() + 1  # each line may end in a separator
+    return Table(headings[:last], list(numbers.T[:last]), metadata)
 
 
 def _headings(lines: Sequence[str], separator: str | None, count: int) -> list[str]:
@@ -263,6 +264,10 @@ def _cells(line: str, separator: str | None) -> list[str]:
     if separator is None:  # a unit in brackets belongs to the name before it
         return re.sub(r"\s+(?=[(\[])", "", line).split()
     return [cell.strip() for cell in next(csv.reader([line[:_LINE]], delimiter=separator, skipinitialspace=True), [])]
+
+
+def _or_none(cell: str) -> float:
+    return float(cell.strip() or "nan")
 
 
 def _decoded(path: Path) -> str:
@@ -373,8 +378,8 @@ def _content(path: Path) -> dict[str, Any]:
             content: dict[str, Any] = loadmat(str(path), simplify_cells=True)
         except Exception:  # of what lies beside ours, too
             content = loadmat(str(path), variable_names=[*COLUMNS, OTHER, METADATA], simplify_cells=True)
-    except FileNotFoundError:
-        raise RecordingError(f"There is no file {path}.") from None
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror or error}.") from None
     except Exception as error:  # scipy's reader fails on a broken file in many ways
         return _saved_otherwise(path, error)
     return {name: value for name, value in content.items() if not name.startswith("__")}
@@ -382,11 +387,7 @@ def _content(path: Path) -> dict[str, Any]:
 
 def _saved_otherwise(path: Path, error: Exception) -> dict[str, Any]:
     """The variables of a file that is in none of scipy's formats, if it is HDF5."""
-    try:
-        with path.open("rb") as file:
-            begins = file.read(len(_OCTAVE))
-    except OSError:
-        begins = b""
+    begins = path.read_bytes()[: len(_OCTAVE)]
     if begins.startswith(_HDF5):
         return _of_hdf5(path)
     if begins == _OCTAVE:
