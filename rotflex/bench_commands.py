@@ -378,9 +378,10 @@ def _check_fit(path: str, recording: Recording) -> None:
     from rotflex.identification import channel
 
     try:
-        channel(recording, "theta"), channel(recording, "alpha"), recording.sample_time
+        recording.sample_time, channel(recording, "theta"), channel(recording, "alpha")
     except RotflexError as error:
-        raise IdentificationError(f"{path}: {error} Leave it out.") from None
+        leave_out = " Leave it out." if isinstance(error, IdentificationError) else ""
+        raise IdentificationError(f"{path}: {error}{leave_out}") from None
 
 
 def _recorded(every: Mapping[str, Recording], name: str, default: Any) -> Any:
