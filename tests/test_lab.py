@@ -37,7 +37,7 @@ def test_the_welcome_says_who_where_and_what_without_paths_or_times(capsys, fold
     assert re.fullmatch(rf"Student +ada\nBench .* position {position}, .* type E\n", said)
     lines = []
     for bench in ({"which": "own"}, {"which": "same", "seed": 3}, {"which": "preset", "preset": "real_bench"}):
-        (folder / "course.json").write_text(json.dumps({"student": "ada", "draw": 2, "bench": bench}))
+        (folder / "course.json").write_text(json.dumps({"student": "ada", "draw": DRAW, "bench": bench}))
         rotflex.course.lab.start()
         lines.append(len(capsys.readouterr().out.splitlines()))
     assert lines == [2, 3, 3]  # whether everybody has this bench

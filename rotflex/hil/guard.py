@@ -33,8 +33,9 @@ class Allowance:
     share : of all motion, by which the servo may move otherwise than it is driven; a wrong sign or a counter that
         stands still gives 1
     motion : rad besides, for what a nominal servo does not know: friction, play, delays. Sweeps of 24 benches needed
-        1.5 deg, with the stiffness known within 15 %
-    friction : N·m; a drive below it may move the servo or not. The stickiest of real logs has 0.024
+        1.8 deg, with the stiffness known within 15 %
+    friction : N·m; a drive below it may move the servo or not. The stickiest of real logs has 0.026
+    load : of the spring's torque, which presses on the gear, by which that is more
     memory : s, over which motion is summed up: three time constants of the servo
     smoothing : s, by which rates are smoothed; an encoder's count is worth 0.4 rad/s from one sample to the next
     jump : by how many times the quickest possible motion a counter may move in one sample
@@ -44,6 +45,7 @@ class Allowance:
     share: float = 0.6
     motion: float = 2.0 * DEG
     friction: float = 0.03
+    load: float = 0.13
     memory: float = 0.1
     smoothing: float = 0.006
     jump: float = 2.0
@@ -106,8 +108,10 @@ class Guard:
 
     def _follow(self, moved: float, alpha: float) -> None:
         """Follow for one sample how quickly the servo is driven, and how quickly it moves."""
-        torque = self._torque * self._volts + self._allowed.stiffness * alpha
-        driving = math.copysign(max(abs(torque) - self._allowed.friction, 0.0), torque) if self._volts else 0.0
+        spring = self._allowed.stiffness * alpha
+        torque = self._torque * self._volts + spring
+        friction = self._allowed.friction + self._allowed.load * abs(spring)
+        driving = math.copysign(max(abs(torque) - friction, 0.0), torque) if self._volts else 0.0
         self._driven = self._lag * self._driven + (1 - self._lag) * driving / self._damping
         smooth = self._smooth
         self._rate = smooth * self._rate + (1 - smooth) * moved / self._period

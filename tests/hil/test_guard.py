@@ -47,9 +47,9 @@ def test_no_honest_run_is_stopped(address, experiment):
     assert judged(recording) == (None, len(recording))
 
 
-@pytest.mark.parametrize("seed", [7, 33])
+@pytest.mark.parametrize("seed", [1, 18])
 def test_a_stiff_joint_passes_where_its_stiffness_is_known_and_not_under_the_workbooks(seed):
-    """These, and three more of the first 40 benches, are 1.8 to 2.2 times as stiff as the workbook's."""
+    """These are 2.1 times as stiff as the workbook's."""
     stiffness = student_bench(seed).parameters.K_s
     with hil.open(f"virtual:?seed={seed}") as bench:
         recording = experiments.sweep(bench, progress=False)

@@ -14,7 +14,7 @@ def test_a_policy_comes_back_from_plain_data():
     for policy in (BenchPolicy(), BenchPolicy("same", seed=7), BenchPolicy("preset", preset="x", draw=2), real):
         course = json.loads(json.dumps({"student": "", "draw": policy.draw, "bench": policy.as_json()}))
         assert policy_of(course) == policy
-    assert policy_of({"student": "ada"}) == BenchPolicy("own", draw=1)
+    assert policy_of({"student": "ada"}) == BenchPolicy("own")
 
 
 def test_seeds_are_the_students_own_unless_everybody_has_the_same():
