@@ -19,7 +19,7 @@ from rotflex.units import DEG
 
 COUNT = 360 / 4096 * DEG
 GAIN = [13.04, -17.26, 1.32, -0.046]
-SPEC = student_bench(4)  # with a rough gear and a breakaway
+SPEC = student_bench(4)  # with friction that a fit does not model
 
 
 # --- a band made by hand ----------------------------------------------------------------------------------------------
@@ -237,7 +237,7 @@ def test_an_open_loop_is_predicted_along_its_voltage(fitted):
         recording = hil.loop.run(bench, OpenLoop(), volts, progress=False)
     band = result.band(volts, OpenLoop(), progress=False)
     assert band.is_open
-    assert min(band(recording)) >= 0.95
+    assert min(band(recording)) >= 0.9  # what friction differs adds up here: less is promised than of a closed loop
 
 
 @pytest.mark.slow
