@@ -19,10 +19,11 @@ is propagated by its matrix exponential, exactly. Friction is held constant over
 velocities *at its end* agree with the friction law (Moreau's time stepping). With Coulomb friction alone that is exact
 while both joints slide and while both stand still; a substep in which a motion begins or turns round, or the current
 limit sets in, is halved again and again, and while one joint stands and the other moves they are short. Friction that
-varies is that of the middle of a substep: its error falls with the square of the substep. With friction, angles come
-out right to about 1e-5 rad after seconds of stops and starts; an encoder's count is 1.5e-3 rad. A torque from outside
-on the link acts as friction of servo and link together would. The cubic part of the spring is applied as half a kick
-before and half after each substep (Strang splitting), which keeps the energy bounded.
+varies is that of the middle of a substep: its error falls with the square of the substep. After 3 s of stops and starts
+angles are right to 2e-5 rad, at worst 5e-5 (20 drawn benches, against an integrator that finds each stop as an event);
+an encoder's count is 1.5e-3 rad. A torque from outside on the link acts as friction of servo and link together would.
+The cubic part of the spring is applied as half a kick before and half after each substep (Strang splitting), which
+keeps the energy bounded.
 
 Nothing here calls a sine or an exponential while it runs: C libraries differ in their last digits.
 """

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from rotflex import plant
 from rotflex.config import joint, srv02
 from rotflex.errors import ConfigurationError
 from rotflex.plant import REST, STRIBECK_RATE, Plant, PlantParameters, State
@@ -341,3 +342,24 @@ def test_impossible_parameters_are_named():
     for name, value in [*impossible, ("link_friction", (0.01, math.inf)), ("link_friction", (0.01,))]:
         with pytest.raises(ConfigurationError, match=name):
             replace(SMOOTH, **{name: value})
+
+
+@pytest.mark.parametrize("start", [State(0.0, 0.05, 4.0, 0.0), State(1.0, -0.05, -3.0, 1.0)])
+def test_while_the_servo_slides_the_error_falls_with_the_square_of_the_substep(monkeypatch, start):
+    p = replace(STICKY, link_friction=(0.0, 0.0), gear=((5, 0.2, 0.15),))
+    way = math.copysign(1, start.theta_dot)
+
+    def equations(_, x):
+        accelerations = machine.accelerations(x, 4.0 * way, (int(way), int(math.copysign(1, x[3]))))
+        return [x[2], x[3], *accelerations[:2]]
+
+    machine, errors = StickSlip(p), []
+    exact = solve_ivp(equations, (0, 0.2), start, max_step=1e-3, **TIGHT).y[:2, -1]
+    for substep in (2e-3, 1e-3, 5e-4):
+        monkeypatch.setattr(plant, "SUBSTEP", substep)
+        monkeypatch.setattr(plant, "ONE_STANDS_SUBSTEP", substep)
+        found = drive(p, [4.0 * way], 0.2, start)
+        assert (found[:, 2] * way > 1.0).all()
+        errors.append(np.abs(found[-1, :2] - exact).max())
+    assert errors[0] < 1e-5
+    assert errors[-1] < errors[0] / 10  # of the first order, it would be a fourth
