@@ -184,11 +184,12 @@ def _unknown(file: str, table: Table, why: str) -> RecordingError:
 
 
 def _first_rows(table: Table) -> str:
-    """Return a line for each column: its number, its name, and its first values."""
+    """Return a line for each column: its number, its name, its first values, and what it lies between."""
     names = table.headings or [""] * len(table.columns)
     lines = [f"{n:3} {name:{max(map(len, names))}}" for n, name in enumerate(names[:_SHOWN], 1)]
-    values = ("".join(f" {value:12.6g}" for value in column[:3]) for column in table.columns)
-    return "\n".join(["Its columns begin so:", *map(str.__add__, lines, values)])
+    values = ([*column[:3], column.min(), column.max()] for column in table.columns)
+    numbers = ("".join(f" {value:12.6g}" for value in some) for some in values)
+    return "\n".join(["Its columns, their first values, the least and the largest:", *map(str.__add__, lines, numbers)])
 
 
 # --- tables of text ---------------------------------------------------------------------------------------------------
