@@ -194,6 +194,14 @@ def test_evidence_is_plain_data_and_what_cannot_be_read_is_named(tmp_path):
     assert evidence(tmp_path / "nowhere") == {"recordings": [], "left_out": []}
 
 
+def test_a_recording_with_uneven_time_is_left_out_by_name(tmp_path):
+    store = RecordingsFolder(tmp_path)
+    store.folder.mkdir()
+    Recording.of([0.0, 0.002, 0.005], theta=[0, 1, 2]).save(store.folder / "001-watch.mat")
+    found, (left_out,) = store.load()
+    assert found == {} and left_out.startswith("001-watch.mat: The samples are not evenly spaced")
+
+
 def test_virtual_benches_and_replays_leave_nothing_behind(here, tmp_path):
     (tmp_path / "ada/course.json").unlink()
     lab = rotflex.course.lab.start("ada", quiet=True)

@@ -75,7 +75,8 @@ class RecordingsFolder:
                     )
                 found[path.stem] = recording
             except RecordingError as error:
-                left_out.append(f"{str(error).removesuffix('.')}. It is left out.")
+                text = str(error) if path.name in str(error) else f"{path.name}: {error}"  # of uneven time
+                left_out.append(f"{text.removesuffix('.')}. It is left out.")
             except OSError as error:
                 left_out.append(f"{path.name}: {error.strerror}. It is left out.")
         surplus = max(len(found) - MOST_RECORDINGS, 0)
