@@ -3,8 +3,9 @@
     python benchmarks/bands.py [--benches 200] [--logs 1] [--adapted]
 
 Each bench is drawn: what a fit does not model is there (Stribeck's curve, load, rough gear, jitter), and each run has
-other friction. The plant is fitted to one recording of run 1, under the gain that is placed for the bench. With ``--logs``
-it is fitted to as many recordings of other runs, commands and controllers. Each band is judged on a run of its own:
+other friction. The plant is fitted to one recording of run 1, under the gain that is placed for the bench. With
+``--logs`` it is fitted to as many recordings of other runs, commands and controllers. Each band is judged on a run of
+its own:
 
 ==========  ============================================================
 same        the command that was fitted, the same controller

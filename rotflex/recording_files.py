@@ -138,7 +138,8 @@ def _chosen(file: str, table: Table, columns: Sequence[str]) -> Iterator[tuple[s
         name, _equals, which = (part.strip() for part in entry.partition("="))
         places = [n for n in range(count) if which in (str(n + 1), *table.headings[n : n + 1])]
         if len(places) != 1:
-            raise RecordingError(f"{file}: {entry!r} is {len(places)} of its columns. {_first_rows(table)}")
+            many = "no column of it is meant" if not places else "several columns may be meant"
+            raise RecordingError(f"{file}: {entry!r}: {many}. {_first_rows(table)}")
         yield name, places[0]
 
 

@@ -293,8 +293,8 @@ def test_where_headings_do_not_say_what_columns_are_there_is_a_guess(tmp_path):
 @pytest.mark.parametrize(
     ("columns", "words"),
     [
-        ("t_s=1,theta_deg", "'theta_deg' is 0 of its columns"),
-        ("t_s=1,theta_deg=4", "'theta_deg=4' is 0 of its columns"),
+        ("t_s=1,theta_deg", "'theta_deg': no column"),
+        ("t_s=1,theta_deg=4", "'theta_deg=4': no column"),
         ("t_s=1,theta_deg=2,theta_rad=3", "two columns for theta"),
         ("theta_deg=2", r"headed t_s.*theta_deg=2"),
         ("t_s=1,theta=2", "'theta' should be one of"),
