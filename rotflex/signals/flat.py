@@ -6,7 +6,7 @@ Where the damping B_l of the link is neglected, the direction of the link in the
     α = −γ̈/a,    θ = γ − α,    V_m from the first equation of motion.
 
 So a motion γ that starts and ends smoothly leaves no swing. In a turn of half a second, on benches of this laboratory,
-the neglected B_l α̇ is at most 4 % of the largest spring torque.
+the neglected B_l α̇ is less than 5 % of the largest spring torque.
 """
 
 from __future__ import annotations
