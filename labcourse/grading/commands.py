@@ -10,7 +10,7 @@ import dataclasses
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from datetime import UTC, tzinfo
@@ -422,22 +422,6 @@ _PROXY = "IP address of the proxy that serves --url: 127.0.0.1 if it runs on thi
 _NEW_TOKEN = "Only make and print a new address for NAME; the former one ends at once."
 
 
-def _refused(message: str) -> Callable[[Any], None]:
-    """Return the callback of an option that went: it raises GradingError with a message if the option is given."""
-
-    def refuse(given: Any) -> None:
-        if given:
-            raise GradingError(message)
-
-    return refuse
-
-
-_NO_TABLE = _refused(
-    "Scores are no longer written to a table or read from one: score on the page (--by NAME), also from other "
-    "computers (--url URL)."
-)
-
-
 @app.command(rich_help_panel=_CLASS)
 def score(
     marks: MarksArgument,
@@ -452,8 +436,6 @@ def score(
     private_key: Annotated[Path | None, Option(help="Its key, if that is in another file.")] = None,
     new_token: Annotated[str | None, Option(metavar="NAME", parser=_name, help=_NEW_TOKEN)] = None,
     revoke: Annotated[str | None, Option(metavar="NAME", help="Only end the address of NAME, at once.")] = None,
-    _table: Annotated[str | None, Option("--write", "--read", hidden=True, callback=_NO_TABLE)] = None,
-    _force: Annotated[bool, Option("--force", hidden=True, callback=_NO_TABLE)] = False,
 ) -> None:
     """Score the answers that a person must read, in a browser.
 
@@ -883,27 +865,12 @@ def history(marks: MarksArgument, student: StudentsArgument = None, question: On
             say(f"{where}: {change}  {entry.actor}: {entry.reason}")
 
 
-@app.command(hidden=True, context_settings={"ignore_unknown_options": True})
-def requests(_given: Annotated[list[str] | None, Argument()] = None) -> None:
-    """Refuse the former commands on students' requests."""
-    name = program.name()
-    raise GradingError(
-        f"Requests are comments now: {name} comment --ask notes one, {name} status lists those that are open, and a "
-        "mark or a comment on the same answer answers it."
-    )
-
-
-_ROWS_ONLY = _refused("A copy has all rows of the gradebook, and no pages: leave --out and --solutions out.")
-_NO_SUBMISSIONS = _refused("Leave --submissions out: grade names the submissions of who was erased, to be deleted.")
-
-
 @person.command()
 def copy(
     marks: MarksArgument,
     student: StudentArgument,
     into: Annotated[Path, Argument(metavar="FILE", help="The JSON file to write.", dir_okay=False)],
     force: Annotated[bool, Option("--force", help="Overwrite an existing file.")] = False,
-    _out: Annotated[str | None, Option("--out", "--solutions", hidden=True, callback=_ROWS_ONLY)] = None,
 ) -> None:
     """Write all that the gradebook has of a student into one JSON file: records, and each file that they handed in.
 
@@ -927,7 +894,6 @@ def erase(
     dry_run: DryRunOption = False,
     yes: Annotated[bool, Option("--yes", help="Do not ask.")] = False,
     solutions: SolutionsOption = None,
-    _submissions: Annotated[str | None, Option("--submissions", hidden=True, callback=_NO_SUBMISSIONS)] = None,
 ) -> None:
     """Erase all that is stored about a student. This cannot be undone.
 

@@ -453,19 +453,6 @@ _ENTRIES: Mapping[str, list[str]] = {
     **{name: ["from" if entry.name == "opens" else entry.name for entry in fields(t)] for name, t in _TABLES.items()},
 }
 
-_NO_GRADE = (
-    "The learning platform computes the course grade from the points of each assignment; out_of of an [[assignment]] "
-    "is their scale. Delete this line."
-)
-#: Table or entry that an earlier version had → what stands in its place.
-_REMOVED: Mapping[str, str] = {
-    "assignment.weight": _NO_GRADE,
-    "marks.out_of": _NO_GRADE,
-    "marks.decimals": "Points are shown with two decimals; export has --decimals. Delete this line.",
-    "marks.predictions": "Predictions earn no points. Delete this line.",
-    "given": 'Write [optional] without = ["NAME", "NAME"], with the notebooks that the class does not have.',
-}
-
 
 def _refuse_places(file: Path, faults: Iterable[Fault]) -> None:
     """Raise GradingError if there are faults of the settings file; the message lists each with its table and entry."""
@@ -481,9 +468,7 @@ def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Yield a fault for each table and entry that does not exist, and for each that should be a table and is not."""
     for table, content in data.items():
         rows = content if table in _ROWS else [content]
-        if table in _REMOVED:
-            yield (table,), f"there is no such table any more. {_REMOVED[table]}"
-        elif table not in _ENTRIES:
+        if table not in _ENTRIES:
             homes = [f"It belongs under [{home}]. " for home, names in _ENTRIES.items() if table in names]
             yield (table,), f"there is no such table. {(*homes, '')[0]}{_suggestion(table, [*_ENTRIES])}"
         elif not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
@@ -493,9 +478,7 @@ def _unknown_entries(data: Mapping[str, Any]) -> Iterator[Fault]:
             for number, row in enumerate(rows):
                 for name in row.keys() - _ENTRIES[table]:
                     place = (table, number, name) if table in _ROWS else (table, name)
-                    instead = _REMOVED.get(f"{table}.{name}")
-                    missing = f"there is no such entry. {_suggestion(name, _ENTRIES[table])}"
-                    yield place, f"there is no such entry any more. {instead}" if instead else missing
+                    yield place, f"there is no such entry. {_suggestion(name, _ENTRIES[table])}"
 
 
 def _suggestion(name: str, known: Sequence[str]) -> str:

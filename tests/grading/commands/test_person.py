@@ -152,14 +152,9 @@ def test_a_copy_is_one_file_with_all_rows_and_each_file_as_it_came(out, tmp_path
     assert rotflex(*words).exit_code == 2 and rotflex(*words, "--force").exit_code == 0
 
 
-def test_what_went_is_refused_with_what_to_do(out, tmp_path):
+def test_a_copy_is_no_zip(out, tmp_path):
     done = rotflex("person", "copy", out, "fay", tmp_path / "fay.zip")
     assert done.exit_code == 2 and str(tmp_path / "fay.json") in said(done)
-    for option in ("--out", "--solutions"):
-        done = rotflex("person", "copy", out, "fay", tmp_path / "fay.json", option, out)
-        assert done.exit_code == 2 and "leave --out and --solutions out" in said(done)
-    done = forget(out, "--submissions", tmp_path)
-    assert done.exit_code == 2 and "Leave --submissions out" in said(done)
 
 
 def test_a_batch_does_not_bring_them_back_in_silence(fake_class):

@@ -32,7 +32,6 @@ def run(marks, *words, answer="yes\n"):
     [
         ((), "Say who scores: --by NAME"),
         (("--by", "Ann", "--by", "ANN"), "Two scorers need two names"),
-        (("--write", "x.csv", "--force"), "score on the page"),
         (("--by", "Ann", "--url", URL), "say who encrypts"),
         (("--by", "Ann", "--proxy", "127.0.0.1"), "Say by --url"),
         (("--by", "Ann", "--url", URL, "--private-key", __file__), "name it, too, by --certificate"),
