@@ -57,7 +57,8 @@ class _Values(dict[str, Any]):
 class _Formatter(string.Formatter):
     """Formats parameters: other problems in words, lists with commas.
 
-    The conversions are in :data:`_CONVERSIONS`; ``:MB`` is megabytes.
+    The conversions are in :data:`_CONVERSIONS`; ``:MB`` is megabytes, and ``:file|files`` one word for one thing, and
+    another for several.
     """
 
     def convert_field(self, value: Any, conversion: str | None) -> Any:
@@ -65,6 +66,9 @@ class _Formatter(string.Formatter):
         return super().convert_field(value, conversion) if convert is None else convert(value)
 
     def format_field(self, value: Any, format_spec: str) -> str:
+        if "|" in format_spec:
+            one, several = format_spec.split("|")
+            return one if (value if isinstance(value, int | float) else len(value)) == 1 else several
         if not isinstance(value, int | float):
             return _said(value)
         return f"{value / 1e6:.3g} MB" if format_spec == "MB" else format(value, format_spec)
@@ -124,14 +128,9 @@ def _if(parameter: str, text: str, otherwise: str = "") -> Callable[[Problem], s
     return lambda problem: text if problem.parameters.get(parameter) else otherwise
 
 
-def _with(text: str, *options: Callable[[Problem], str]) -> Callable[[Problem], str]:
-    """Return a template of a text with one or more texts after it that depend on parameters."""
-    return lambda problem: "".join([text, *(option(problem) for option in options)])
-
-
-def _after_others(text: str) -> Callable[[Problem], str]:
-    """Return a template that says whether others were read before."""
-    return _if("with_others", f"with what was read before it, {text}", text)
+def _with(*pieces: str | Callable[[Problem], str]) -> Callable[[Problem], str]:
+    """Return a template of texts one after the other, some of which depend on parameters."""
+    return lambda problem: "".join(piece if isinstance(piece, str) else piece(problem) for piece in pieces)
 
 
 def _stopped(problem: Problem) -> str:
@@ -146,28 +145,14 @@ def _stopped(problem: Problem) -> str:
     return f"{{cell_name}} stopped: {{why!b}}; {building} on it."
 
 
-def _ignored(problem: Problem) -> str:
-    are = "are" if len(problem.parameters.get("files", [])) > 1 else "is"
-    return f"{{some_files}} {are} not read: {{why}}"
-
-
-_LINE = _if("line", ", line {line}")
+_LINE, _OTHERS = _if("line", ", line {line}"), _if("with_others", "with what was read before it, ")
+_ERROR = ("{type}", _if("text", ", {text}"), _LINE)
 
 
 def _changed(problem: Problem) -> str:
     if problem.parameters.get("role") == "answer":
         return "{place}the answer cell {cell} was {what}."
     return "{place}the course's cell {cell} was {what}; it is run as the course has it."
-
-
-def _counts(one: str, several: str) -> Callable[[Problem], str]:
-    """Return a template that depends on whether there is one, or several."""
-    return lambda problem: one if problem.parameters.get("count") == 1 else several
-
-
-def _not_there(problem: Problem) -> str:
-    are = "are" if len(problem.parameters.get("files", [])) > 1 else "is"
-    return f"{{files}} {are} not there. ({{command}} restore NAME gives a new one.)"
 
 
 def _misnamed(problem: Problem) -> str:
@@ -230,8 +215,8 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "intake.csv."
     ),
     # why a file, a folder or an archive is not read
-    Code.TOO_MANY_FILES: _after_others("it has more than {most} files and folders."),
-    Code.TOO_MANY_BYTES: _after_others("it has more than {most} bytes."),
+    Code.TOO_MANY_FILES: _with(_OTHERS, "it has more than {most} files and folders."),
+    Code.TOO_MANY_BYTES: _with(_OTHERS, "it has more than {most} bytes."),
     Code.SYSTEM_ERROR: "{error!b}.",
     Code.NOT_ORDINARY: "it is not an ordinary file.",
     Code.LONG_TABLE_OF_CONTENTS: "its table of contents has more than {most} bytes.",
@@ -258,7 +243,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     ),
     Code.NO_FOLDER_NO_ZIP: "it is neither a folder nor a zip.",
     Code.WRITTEN_BY_PLATFORM: "{platform} itself wrote it.",
-    Code.IGNORED: _ignored,
+    Code.IGNORED: "{some_files} {files:is|are} not read: {why}",
     # what an instructor may decide, and why
     Code.DECIDED: "as the instructor decided",
     Code.CHOSEN_BY_TIME: _if(
@@ -306,9 +291,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.FILE_AND_FOLDER: "{some_files}: not taken along: there is a folder of the same name.",
     Code.OUTSIDE_THE_FOLDER: "{some_files}: not taken along: not in the notebooks' folder.",
     Code.OWN_FILE_REFUSED: "{where} does not come along: {why!b}.",
-    Code.MORE_OWN_FILES_REFUSED: _counts(
-        "One more file of yours does not come along, either.", "{count} more files of yours do not come along, either."
-    ),
+    Code.MORE_OWN_FILES_REFUSED: "{count} more {count:file|files} of yours {count:does|do} not come along, either.",
     Code.ARRIVED: "From the submission of {time} UTC ({source}): {names}.",
     Code.VERSION_WORTH_LESS: "{where} of {time} UTC is worth less than that of {counts} UTC, which counts.",
     Code.VERSION_NOT_RUN: (
@@ -356,11 +339,9 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.CELL_REPEATED: "{place}the cell {cell} is there {times} times; all of them are run, in order.",
     Code.CELL_CHANGED: _changed,
     Code.UNTOUCHED: "{place}nothing is written in it.",
-    Code.TEXT_TOO_LONG: ("{place}it has {count} characters, of which the first {most} are read; shorten it."),
-    Code.TEXT_OF_FEW_WORDS: _with(
-        "{place}it is ",
-        _counts("1 word", "{count} words"),
-        lambda _one: " long: is that all that you want to say? A person reads it.",
+    Code.TEXT_TOO_LONG: "{place}it has {count} characters, of which the first {most} are read; shorten it.",
+    Code.TEXT_OF_FEW_WORDS: (
+        "{place}it is {count} {count:word|words} long: is that all that you want to say? A person reads it."
     ),
     Code.TEXT_IN_OTHER_KIND: "{place}written in a cell that is no text cell any more.",
     Code.TEXT_ALSO_BELOW: "{place}with the text of an added cell just below the answer cell.",
@@ -383,14 +364,14 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.PICTURE_OF_MANY_PIXELS: "it has more than {most} million pixels.",
     Code.PICTURE_OF_OTHER_FORMAT: "it is none of {formats}.",
     Code.PICTURE_TOO_WIDE: "it is more than {most} pixels wide or high.",
-    Code.PICTURES_OF_MANY_PIXELS: ("all pictures of the submission together have too many pixels; paste smaller ones."),
+    Code.PICTURES_OF_MANY_PIXELS: "all pictures of the submission together have too many pixels; paste smaller ones.",
     Code.PICTURE_NOT_REDUCED: "it cannot be made small enough.",
     Code.REPORT_TOO_LARGE: "it has {bytes:MB}, and {most:MB} is the most: save its pictures smaller.",
     Code.NOT_A_PDF: "it is no PDF: save or export it as PDF.",
     Code.REPORT_IN_PDF: _with(
         "{where}: ",
         _if("own", "your own document, {name} (", "{name}, made of the notebook’s texts ("),
-        lambda _problem: "PDF, {bytes:MB}; {digest}).",
+        "PDF, {bytes:MB}; {digest}).",
     ),
     Code.MAY_ASK_FOR_PASSWORD: "{where}: {name} may ask for a password.",
     # the release, and what was recorded at home
@@ -404,13 +385,13 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.VALUE_SUPPLIED: "Your instructor supplied {where} = {value}.",
     # the run
     Code.CELL_TIMED_OUT: "A cell took longer than {seconds:g} s and was stopped.",
-    Code.PYTHON_DIED: ("The Python process died while a notebook was run; the rest of that notebook was not run."),
+    Code.PYTHON_DIED: "The Python process died while a notebook was run; the rest of that notebook was not run.",
     Code.RUN_TIMED_OUT: "The run took longer than {seconds:g} s and was stopped.",
     Code.PRINTED_TOO_MUCH: "The run was stopped: it printed too much.",
     Code.RUN_ENDED_EARLY: "The run ended before all notebooks were run.",
     Code.RESULT_UNREAD: "{where} cannot be read: {error!b}.",
     Code.GRADING_FAILED: "Grading failed, which is not the student's fault: {error}",
-    Code.EARLIER_MARKS_STAY: ("Grading failed, which is not the student's fault: {error!b}. The earlier marks stay."),
+    Code.EARLIER_MARKS_STAY: "Grading failed, which is not the student's fault: {error!b}. The earlier marks stay.",
     Code.UNKNOWN: "Another version stored the message {named!q}, which this version does not know.",
     # cells that stopped, and what it cost
     Code.CELL_STOPPED: _stopped,
@@ -420,7 +401,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "{cell_name} stopped: {why!b}; it builds on {on}, which was given and not recorded: {refusal!b}."
     ),
     Code.RECORDED_AT_HOME: "Recorded at home and missing here: {parts}; {why!b}.",
-    Code.NAME_NOT_USED: ("{where}: {name} = {value!q} changes nothing, since a check and grading set the {name}."),
+    Code.NAME_NOT_USED: "{where}: {name} = {value!q} changes nothing, since a check and grading set the {name}.",
     # why a cell stopped
     Code.PYTHON_ENDED: "Python ended in it, and nothing after it in this notebook was run.",
     Code.LEFT_PYTHON: "it called exit(), which ends Python: nothing after it in this notebook was run.",
@@ -428,18 +409,13 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.MODULE_MISSING: _with(
         "{module} is not installed ",
         _if("at_home", "here", "where grading runs"),
-        lambda _one: ", and no file of that name was found",
+        ", and no file of that name was found",
         _LINE,
     ),
-    Code.FILE_NOT_FOUND: _with("{type}", _if("text", ", {text}"), _LINE),
+    Code.FILE_NOT_FOUND: _with(*_ERROR),
     Code.BENCH_STOPPED: _with("your bench stopped: {text}", _LINE),
-    Code.NEWER_PYTHON_NEEDED: _with(
-        "{type}",
-        _if("text", ", {text}"),
-        _LINE,
-        lambda _one: ": it seems that this needs Python {needed}; grading runs {here}",
-    ),
-    Code.RAISED: _with("{type}", _if("text", ", {text}"), _LINE),
+    Code.NEWER_PYTHON_NEEDED: _with(*_ERROR, ": it seems that this needs Python {needed}; grading runs {here}"),
+    Code.RAISED: _with(*_ERROR),
     # why there is no answer
     Code.REFUSED: "It was given, and not recorded: {why!b}.",
     Code.BUILDS_ON_REFUSED: "It builds on {on}, which was given and not recorded: {why!b}.",
@@ -476,11 +452,8 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.NOT_COMPARED: "It could not be compared ({error}); a person will look at it.",
     Code.KEY_HAS_FAULT: "The key that it is marked by has a fault; it will be marked when that is mended.",
     Code.SUPPLIED: _with(
-        "",
         _if("why", "{why} "),
-        lambda _problem: (
-            "Your instructor supplied this value, so that what builds on it could be run; it earns nothing."
-        ),
+        "Your instructor supplied this value, so that what builds on it could be run; it earns nothing.",
     ),
     Code.PARTNER_NOT_CONFIRMED: "A class-mate's work names you as a partner; your instructor has to confirm it.",
     Code.NOT_GRADED: "Grading failed; ask your instructor.",
@@ -493,7 +466,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     ),
     Code.TODO_GRADE: "handed in: not graded yet.",
     Code.TODO_GRADE_VERSION: "{where}: a later version, which was not run, may be worth more by now.",
-    Code.TODO_DECIDE_TIME: ("waits for a person: nobody knows when {title} was handed in. Decide in MARKS/intake.csv."),
+    Code.TODO_DECIDE_TIME: "waits for a person: nobody knows when {title} was handed in. Decide in MARKS/intake.csv.",
     Code.TODO_FAILED: "could not be graded: {problem!t}",
     Code.TODO_FAILED_AGAIN: "the last grading failed, and earlier marks stand. {problem!t}",
     Code.TODO_RUN_TIMED_OUT: "the run was stopped: it took too long.",
@@ -525,7 +498,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.TODO_MARKS_MOVED: "marks of {title} moved since you gave them back.",
     Code.TODO_HANDED_IN_AGAIN: "{title}: a version came after you gave it back. It counts only if you take it.",
     Code.TODO_GIVE_BACK: "marked: all of {title}, and not given back yet.",
-    Code.TODO_CORRECT_SETTINGS: ("course.toml has unknown students or sections in {where}: {names!l}. Correct it."),
+    Code.TODO_CORRECT_SETTINGS: "course.toml has unknown students or sections in {where}: {names!l}. Correct it.",
     Code.TODO_FIND_OWNERS: (
         "nobody knows who handed in {names!l}, so that it is not graded. Decide it in MARKS/intake.csv."
     ),
@@ -539,7 +512,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     ),
     Code.TEXTS_UNREAD: "{where} could not be read for answers in words: {why!b}.",
     Code.MISNAMED: _misnamed,
-    Code.NOT_THERE: _not_there,
+    Code.NOT_THERE: "{files} {files:is|are} not there. ({command} restore NAME gives a new one.)",
     # a check at home
     Code.HOME_ANSWERS_UNREAD: "There is nothing to compare with: {where} cannot be read. {error}",
     Code.HOME_ANSWERS_ABSENT: (
@@ -581,9 +554,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "Your partner {partner} counts once they hand in with {student} as their partner, too, or your instructor "
         "confirms it."
     ),
-    Code.OUTPUTS_LEFT_OUT: _with(
-        "{where}: what ",
-        _counts("1 cell", "{count} cells"),
-        lambda _one: " had shown is left out, for its size. Marking needs none of it.",
+    Code.OUTPUTS_LEFT_OUT: (
+        "{where}: what {count} {count:cell|cells} had shown is left out, for its size. Marking needs none of it."
     ),
 }

@@ -119,7 +119,9 @@ def shown(code: Code, words: Mapping[str, str]) -> str:
 
 
 def _filled_in(name: str, form: str | None, conversion: str | None, words: Mapping[str, str]) -> str:
-    """Return what stands for a parameter."""
+    """Return what stands for a parameter, or the word for several where the form is "one|several"."""
+    if form and "|" in form:
+        return form.rpartition("|")[2]
     if name == "command":
         return "rotflex"
     if name == "place":
