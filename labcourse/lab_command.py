@@ -17,7 +17,7 @@ from labcourse import course_file, courses, files, program, student_id
 from labcourse.courses import NOTEBOOKS
 from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import COURSE_FILE
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.run import commands
 from labcourse.safe_text import no_escapes, say
 
@@ -183,7 +183,7 @@ def _copied(folder: Path, course: Path) -> list[str]:
         (folder / name).parent.mkdir(exist_ok=True)
         files.write(folder / name, wanted[name].read_bytes())
     if copied and len(copied) == len(wanted):
-        notebooks = plural(sum(name.endswith(".ipynb") for name in copied), "{count} notebook", "{count} notebooks")
+        notebooks = number_of(sum(name.endswith(".ipynb") for name in copied), "notebook")
         return [f"The course was copied to {folder}: {notebooks}."]
     lines = [f"Copied to {folder}: {', '.join(copied)}"] if copied else []
     if linked:

@@ -11,6 +11,11 @@ LONGEST = 300  #: characters of what somebody wrote, in a message
 FREE_SPACE = "Free some space, and run the same command again."
 
 
+def number_of(count: int, noun: str) -> str:
+    """Return a count and its noun: ``number_of(2, "curve")`` is "2 curves"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def plural(count: int, singular: str, plural: str) -> str:
     """Return the form that a count needs: ``plural(2, "{count} curve", "{count} curves")`` is "2 curves"."""
     return (singular if count == 1 else plural).format(count=count)

@@ -20,7 +20,7 @@ from labcourse.answers.words import SavedTexts
 from labcourse.course_file import NOBODY
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.problems import Where
 from labcourse.report import making, recorded_figures
 from labcourse.run import by_program, from_notebook, place
@@ -372,7 +372,7 @@ class Session:
         for notebook in self.catalogue.notebooks:
             asked = [question for question in self.questions.values() if question.notebook == notebook]
             done = sum(not self._missing(question) for question in asked)
-            questions = plural(len(asked), "{count} question", "{count} questions")
+            questions = number_of(len(asked), "question")
             lines.append(f"{notebook:<26}  {done} of {questions} answered")
         place.show_linked("\n".join(lines), self.catalogue)
         self._print_how_texts_are_read()

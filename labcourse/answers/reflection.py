@@ -26,7 +26,7 @@ from labcourse.answers.json_values import clean
 from labcourse.answers.parts import Predictable
 from labcourse.course_file import OFF, ON, REFLECT
 from labcourse.errors import AnswerError, ConfigurationError, CourseError
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.problems import Where
 
 if TYPE_CHECKING:
@@ -223,15 +223,12 @@ class Reflection:
     def _lines(self) -> Iterable[str]:
         """Describe the result, a line for each question to the student."""
         if self.asked:
-            yield plural(
-                len(self.asked),
-                "{count} question, from your own answers alone.",
-                "{count} questions, from your own answers alone. Begin with the first: others may go away with it.",
-            )
+            more = " Begin with the first: others may go away with it." if self.asked[1:] else ""
+            yield f"{number_of(len(self.asked), 'question')}, from your own answers alone.{more}"
             for numbers, text in self.asked:
                 yield f"  {', '.join(numbers)}: {text}"
         elif self.compared:
-            compared = plural(self.compared, "{count} comparison", "{count} comparisons")
+            compared = number_of(self.compared, "comparison")
             yield f"Your answers agree with each other ({compared}). This does not show that they are right."
         if self.unclear:
             yield (

@@ -19,7 +19,7 @@ from labcourse.grading.course import Course
 from labcourse.grading.gradebook import StudentRecord
 from labcourse.grading.marks import UNDECIDED, Mark
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.student_id import caseless
 
 _DIGITS = 100  # of an exact decimal number; points, weights and per cents have at most a dozen each
@@ -382,8 +382,8 @@ class Account:
         late = self.late
         extended = " by an extension" if entry.extended else ""
         grace = f" with {in_full(exact(late.grace_hours))} h of grace" if late.grace_hours else ""
-        days = plural(entry.days, "{count} day late", "{count} days late")
-        what = f"{start}, due on {until}{extended}{grace}: {days} (a day that has begun counts)."
+        days = number_of(entry.days, "day")
+        what = f"{start}, due on {until}{extended}{grace}: {days} late (a day that has begun counts)."
         if not entry.lost_share:
             return f"{what} That costs nothing."
         capped = entry.days * exact(late.per_day) > exact(late.cap)

@@ -24,7 +24,7 @@ from typer import Argument, Option
 from labcourse import clock, files, program
 from labcourse.errors import GradebookError, GradingError, IsolationError
 from labcourse.grading import course as courses
-from labcourse.messages import plural, shortened
+from labcourse.messages import number_of, shortened
 from labcourse.safe_text import say
 from labcourse.sentences import sentences
 from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
@@ -117,10 +117,6 @@ def _results_or_none(marks: str, out: Path | None) -> Path | None:
     return out if file is None else file.parent
 
 
-def _students(count: int) -> str:
-    return plural(count, "{count} student", "{count} students")
-
-
 # --- the course -------------------------------------------------------------------------------------------------------
 
 
@@ -150,16 +146,15 @@ def check_course(solutions: SolutionsOption = None, run: RunOption = True) -> No
     """
     from labcourse.grading.course_check import check
 
-    course = courses.find(solutions)
-    count = 0
-    for finding in check(course, run):
-        count += 1
-        say(str(finding))
-    if count:
-        typer.echo(f"{count} found.")
+    course, faults = courses.find(solutions), 0
+    for fault in check(course, run):
+        faults += 1
+        say(str(fault))
+    if faults:
+        typer.echo(f"{faults} found.")
         raise typer.Exit(SOME_TROUBLE)
-    notebooks = plural(len(course.notebooks), "{count} notebook", "{count} notebooks")
-    typer.echo(f"{len(course.catalogue.everything)} questions, tables and reports in {notebooks}: everything fits.")
+    notebooks, asked = number_of(len(course.notebooks), "notebook"), len(course.catalogue.everything)
+    typer.echo(f"{asked} questions, tables and reports in {notebooks}: everything fits.")
 
 
 @app.command(rich_help_panel=_COURSE)
@@ -175,7 +170,7 @@ def release(
 
     course = courses.find(solutions)
     made = student_course.release(course, out, with_data=with_data, replace=replace)
-    count = plural(len(made.notebooks), "{count} notebook", "{count} notebooks")
+    count = number_of(len(made.notebooks), "notebook")
     typer.echo(f"{count}: {', '.join(made.notebooks)}\n{made.folder}\n{made.archive}")
     if keep:
         typer.echo(f"Release {made.id}, stored as {releases.store(course, made.archive, made.id)}")
@@ -205,12 +200,8 @@ def doctor(as_json: JsonOption = False) -> None:
 @app.command(rich_help_panel=_CLASS)
 def roster(
     marks: MarksArgument,
-    file: Annotated[
-        Path | None, Argument(metavar="FILE", help="A CSV, a line for each student.", dir_okay=False)
-    ] = None,
-    remove: Annotated[
-        list[str] | None, Option(metavar="ID", help="Remove this student; may be given several times.")
-    ] = None,
+    file: Annotated[Path | None, Argument(metavar="FILE", help="A CSV, a line for each.", dir_okay=False)] = None,
+    remove: Annotated[list[str] | None, Option(metavar="ID", help="Remove this student; once for each.")] = None,
     again: AgainOption = None,
 ) -> None:
     """Read the names of a class from a CSV file into the gradebook, which is made if needed.
@@ -242,6 +233,7 @@ _SUPPLY = "Supply a missing answer. It earns nothing; later answers can. An empt
 _FOR = "The submissions are for this assignment: keep notebooks of others that were handed in before."
 _PLATFORM = "The learning platform that named the submissions, where their names leave it open; none: they are IDs."
 _CLUSTER = "Run on the workers of this dask.distributed scheduler, as tcp://host:8786."
+_UNSAFE = "Run code with your own rights."
 
 
 @app.command(rich_help_panel=_CLASS)
@@ -260,9 +252,6 @@ def grade(
         int | None,
         Option(min=0, max=2**53, help="Seed for the inputs of functions.", show_default="the gradebook's secret"),
     ] = None,
-    every_cell: Annotated[
-        bool, Option("--every-cell", help="Also run the cells that only show something: slower, same marks.")
-    ] = False,
     supply: Annotated[list[str] | None, Option(metavar="STUDENT:QUESTION.PART=VALUE", help=_SUPPLY)] = None,
     times: Annotated[Path | None, Option(help="A CSV with names and times of receipt.", dir_okay=False)] = None,
     time_zone: Annotated[str, Option(help="Of times without one, for example Europe/Berlin.")] = "UTC",
@@ -270,9 +259,7 @@ def grade(
     assignment: Annotated[str | None, Option(metavar="NAME", help=_FOR)] = None,
     platform: Annotated[str | None, Option(metavar="NAME", help=_PLATFORM)] = None,
     as_json: JsonOption = False,
-    unsafe_no_isolation: Annotated[
-        bool, Option("--unsafe-no-isolation", help="Run code with your own rights.")
-    ] = False,
+    unsafe_no_isolation: Annotated[bool, Option("--unsafe-no-isolation", help=_UNSAFE)] = False,
 ) -> None:
     """Run and mark the submissions of a class. Unchanged submissions are not run again.
 
@@ -319,7 +306,6 @@ def grade(
                 probe_seed=probe_seed,
                 isolated=not unsafe_no_isolation,
                 supplied=values if earlier is None else (*supplied.of_earlier(earlier), *values),
-                every_cell=every_cell,
                 times=when,
                 zone=zone,
                 again=tuple(again or ()),
@@ -366,7 +352,7 @@ def _doubts_text(path: Path, rows: int) -> Iterator[str]:
     if rows:
         yield (
             f"What cannot be known for certain is in {path}, with what was assumed "
-            f"({plural(rows, '{count} row', '{count} rows')}): write what is right under decision and grade again."
+            f"({number_of(rows, 'row')}): write what is right under decision and grade again."
         )
 
 
@@ -515,7 +501,7 @@ def regrade(
                 say(f"{change.student}, {mark['question']}, {mark['part']}: {stays}.")
     say(*faults, *(reports.notices() if reports else ()), err=True)
     if not as_json:
-        say(f"Other marks than before: {_students(changed[True])}. The same: {changed[False]}.")
+        say(f"Other marks than before: {number_of(changed[True], 'student')}. The same: {changed[False]}.")
     raise typer.Exit(SOME_TROUBLE if failed or faults else ALL_WELL)
 
 
@@ -531,7 +517,7 @@ def report(marks: MarksArgument, out: OutOption = None, solutions: SolutionsOpti
     with _gradebook(marks) as book:
         reports = Reports(folder, course, book)
         count = reports.write_all()
-    say(f"Pages of {_students(count)}: {folder}", *reports.notices())
+    say(f"Pages of {number_of(count, 'student')}: {folder}", *reports.notices())
 
 
 _SOME_ASSIGNMENTS = "Give back only this assignment; may be given several times."
@@ -576,7 +562,7 @@ def publish(
         unready = list(not_ready(book, course, notebooks, begun))
         if is_open:
             book.publish(by, note, when=begun, notebooks=notebooks)
-    say(f"Pages of {_students(count)}: {folder}")
+    say(f"Pages of {number_of(count, 'student')}: {folder}")
     if reports.without_page:
         say(f"No page, as nothing of theirs is graded: {', '.join(reports.without_page)}.")
     say(*unready)
@@ -677,7 +663,7 @@ def outcomes_report(
     course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
         count, notes = write_report(folder, course, book, by_section=sections)
-    say(f"{_students(count)}: {folder / ATTAINMENT_FILE}", *notes)
+    say(f"{number_of(count, 'student')}: {folder / ATTAINMENT_FILE}", *notes)
     say(f"{LEVELS_FILE} has names: it is for you, and not for an accreditation.")
 
 
@@ -694,7 +680,7 @@ def sheets(
     course, folder = courses.find(solutions), _results(marks, out)
     with _gradebook(marks) as book:
         count, notes = scoring_sheets.write(folder, course, book, student or ())
-    say(f"{_students(count)}: {folder / scoring_sheets.SHEETS_PAGE}", *notes)
+    say(f"{number_of(count, 'student')}: {folder / scoring_sheets.SHEETS_PAGE}", *notes)
 
 
 # --- a person ---------------------------------------------------------------------------------------------------------
@@ -758,9 +744,7 @@ def take(
     marks: MarksArgument,
     student: StudentArgument,
     notebook: Annotated[str, Argument(metavar="NOTEBOOK", help="Its name or number, as 02.")],
-    version: Annotated[
-        int | None, Argument(metavar="VERSION", help="Its number in the list; none to list all.")
-    ] = None,
+    version: Annotated[int | None, Argument(metavar="VERSION", help="Its number; none: list all.")] = None,
     reason: Annotated[str, Option(help="The reason, for the student and for the record.")] = "",
     by: Annotated[str, Option(metavar="NAME", parser=_name, help="Your name, for the record.")] = "",
     undo: Annotated[bool, Option("--undo", help="Let the rule decide again.")] = False,
@@ -802,12 +786,8 @@ def take(
 def rerun(
     marks: MarksArgument,
     student: StudentArgument,
-    notebook: Annotated[
-        str | None, Argument(metavar="NOTEBOOK", help="Its name or number, as 02; all that count without it.")
-    ] = None,
-    version: Annotated[
-        int | None, Argument(metavar="VERSION", help="Its number in the list of 'take'; none for what counts.")
-    ] = None,
+    notebook: Annotated[str | None, Argument(metavar="NOTEBOOK", help="Its name or number; all without it.")] = None,
+    version: Annotated[int | None, Argument(metavar="VERSION", help="Its number, as 'take' lists it.")] = None,
     out: OutOption = None,
     solutions: SolutionsOption = None,
 ) -> None:

@@ -16,7 +16,7 @@ from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, 
 from labcourse.grading.platforms import PARTICIPANT, WORKSHEET, Export, Matches
 from labcourse.grading.release.student_course import zip_files
 from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
-from labcourse.messages import plural
+from labcourse.messages import number_of
 
 _NOT_IN_A_NAME = {*map(chr, range(32)), *'/\\:*?"<>|_'}  # Moodle takes what is between two _ for the number
 
@@ -185,5 +185,5 @@ def pack(
                 page.write_bytes(zip_files({FEEDBACK_FILE: page}))
         packed = zip_files(there)
     without = {**without, **{who: "nothing of theirs is graded." for who in paths if paths[who] not in there}}
-    count = plural(len(there), "{count} page", "{count} pages")
+    count = number_of(len(there), "page")
     return packed, [f"{count} of feedback in the zip.", *(f"{who}: no page; {why}" for who, why in without.items())]

@@ -31,7 +31,7 @@ from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.result import account_in
 from labcourse.grading.scoring.rubric import LEVELS
 from labcourse.grading.settings import SHARE_DIGITS, CourseSettings, MarkSettings, read_toml, refuse
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.safe_text import as_csv
 from labcourse.student_id import caseless
 
@@ -378,10 +378,9 @@ def _withheld_note(shown: Iterable[Figures | str], fewest: int) -> Iterator[str]
     """Yield a note on how many rows are withheld because groups are small, if any are."""
     cells = [cell for cell in shown if cell != _UNDECIDED]
     hidden = sum(isinstance(cell, str) for cell in cells)
-    rows = plural(len(cells), "{count} row", "{count} rows")
-    what = f"Withheld: {hidden} of {rows}"
+    what = f"Withheld: {hidden} of {number_of(len(cells), 'row')}"
     if hidden == len(cells):
-        what = f"This report shows no figures at all: each of its {rows} is withheld"
+        what = f"This report shows no figures at all: each of its {number_of(hidden, 'row')} is withheld"
     if hidden:
         small = f"of fewer than {fewest} students, or would tell of so few (fewest, in [outcomes] of course.toml)"
         yield f"{what}, as it is {small}."
@@ -390,12 +389,11 @@ def _withheld_note(shown: Iterable[Figures | str], fewest: int) -> Iterator[str]
 def _notes(absent: int, students: Sequence[Standing], mapped: OutcomeMap | None, course: Course) -> Iterator[str]:
     """Yield notes on what is in no figure, or may change; ``absent`` is the number of students without marks."""
     if absent:
-        who = plural(absent, "{count} student", "{count} students")
-        yield f"In the gradebook, and in no figure: {who} without marks (nothing handed in, or not graded yet)."
+        without = "without marks (nothing handed in, or not graded yet)"
+        yield f"In the gradebook, and in no figure: {number_of(absent, 'student')} {without}."
     waiting = [count for student in students if (count := sum(not part.decided for part in student.parts))]
     if waiting:
-        who = plural(len(waiting), "{count} student", "{count} students")
-        what = f"{plural(sum(waiting), '{count} part', '{count} parts')} of {who}"
+        what = f"{number_of(sum(waiting), 'part')} of {number_of(len(waiting), 'student')}"
         yield f"Not decided, as it waits for a person or could not be marked: {what}. Levels may change."
     if not course.catalogue.outcomes:
         yield "The questions of this course carry no codes: there is nothing to say of levels."

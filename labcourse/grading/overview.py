@@ -36,7 +36,7 @@ from labcourse.grading.reports.result import (
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import Assignment, MarkSettings
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, Task, causes, todo
-from labcourse.messages import plural, shortened
+from labcourse.messages import number_of, shortened
 from labcourse.problems import Code, Problem, Where
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
@@ -214,8 +214,8 @@ def text_of(cell: TableCell) -> str:
 
 def _to_do(of: Class) -> Section:
     tasks = todo(of)
-    count = plural(len(tasks), "{count} thing", "{count} things")
-    summary = f"{count} to do. What is worth most comes first." if tasks else "Nothing is to do today."
+    some = f"{number_of(len(tasks), 'thing')} to do. What is worth most comes first."
+    summary = some if tasks else "Nothing is to do today."
     table = PageTable("By the points at stake", ["Points", "What to do"], [*map(_of_task, tasks)], ["Points"])
     return Section("To do today", summary, [table])
 
@@ -317,7 +317,7 @@ def _not_counted(of: Class) -> Section:
 def _waiting_for_a_person(of: Class, scorers: Mapping[str, int]) -> Section:
     waits = waiting(of)
     to_read = [answer for one in waits for answer in one.answers]
-    answers = plural(len(to_read), "{count} answer", "{count} answers")
+    answers = number_of(len(to_read), "answer")
     summary = f"To be read: {answers}, worth {worth(_out_of(to_read))}." if to_read else "No answer waits for a person."
     numbers = ["Waiting", "Of", "Points"]
     rows = [(*_question(of, one.where), len(one.answers), one.of, _out_of(one.answers)) for one in waits]
@@ -330,7 +330,7 @@ def _waiting_for_a_person(of: Class, scorers: Mapping[str, int]) -> Section:
 
 def _asked_of_the_instructor(of: Class) -> Section:
     asked = [(answer, act) for answer in of.answers if answer.referred and (act := answer.last()) is not None]
-    answers = plural(len(asked), "{count} answer", "{count} answers")
+    answers = number_of(len(asked), "answer")
     summary = f"For you to decide, as a scorer asked: {answers}." if asked else "No scorer asks you."
     rows = [(*_both(answer), act.actor, moment(act.when), shortened(act.remark)) for answer, act in asked]
     table = PageTable("Questions of scorers", ["Student", "Part", "Asked by", "When", "What"], rows)
@@ -338,8 +338,8 @@ def _asked_of_the_instructor(of: Class) -> Section:
 
 
 def _requests(of: Class) -> Section:
-    count = plural(len(of.requests), "{count} request", "{count} requests")
-    summary = f"{count} not answered yet." if of.requests else "Nobody asks to have anything looked at again."
+    some = f"{number_of(len(of.requests), 'request')} not answered yet."
+    summary = some if of.requests else "Nobody asks to have anything looked at again."
     rows = [(*_both(one), moment(one.when), shortened(one.text)) for one in of.requests]
     table = PageTable("Requests of students", ["Student", "Part", "Since", "What"], rows)
     return Section("Requests to look again", summary, [table])
@@ -349,7 +349,7 @@ def _went_wrong(of: Class) -> Section:
     runs = (student.graded for student in of.students if student.graded is not None)
     found, summary, notes = slips(runs), "No part went wrong for many.", list[str]()
     if found:
-        parts, most = plural(len(found), "{count} part", "{count} parts"), " ".join(found[0].where)
+        parts, most = number_of(len(found), "part"), " ".join(found[0].where)
         summary = f"{parts} went wrong for many; most of all {most}, for {_share(found[0])} who answered it."
         share = f"{100 * MANY:.0f} %"
         notes = [f"A part is listed if at least {share} of the answers that the key judged went wrong."]
@@ -368,7 +368,7 @@ def _stopped_cells(of: Class) -> Section:
 
 def _same_work(of_class: Sequence[hints.Hint]) -> Section:
     common = hints.by_students(of_class)
-    groups = plural(len(common), "{count} group", "{count} groups")
+    groups = number_of(len(common), "group")
     some = f"{groups} of students with equal numbers, recordings or files. A hint, never a verdict."
     summary = some if common else "Nobody has the numbers, recordings or files of a class-mate."
     rows = [(_each(students), "\n".join(one.evidence for one in those)) for students, those in common.items()]
@@ -398,7 +398,7 @@ def _given_back(of: Class) -> Section:
 
 
 def _students_text(students: Sized) -> str:
-    return plural(len(students), "{count} student", "{count} students")
+    return number_of(len(students), "student")
 
 
 def _named(student: Student) -> list[CellPiece]:
@@ -489,7 +489,7 @@ def work_text(student: Student) -> str:
     for grade in student.assignments:
         if grade.is_excused or grade.is_due or grade.state not in NOTHING_THERE:
             days = 0 if grade.is_excused else grade.days_late
-            late = f" ({plural(days, '{count} day late', '{count} days late')})" if days else ""
+            late = f" ({number_of(days, 'day')} late)" if days else ""
             state = "excused" if grade.is_excused else grade.state
             by_state.setdefault(state, []).append(f"{label(grade)}{late}")
     order = [*State, "excused"]
@@ -584,18 +584,16 @@ def not_ready(book: Gradebook, course: Course, notebooks: Collection[str], now: 
     everything = [answer for answer in read if answer.waiting]
     waiting = [answer for answer in everything if not settings.marks.dropped_as(*answer.where)]
     if waiting:
-        answers = plural(len(waiting), "{count} answer", "{count} answers")
-        students = plural(len({answer.student for answer in waiting}), "{count} student", "{count} students")
-        yield f"Still to be read by a person: {answers} of {students}; their pages say so."
+        students = number_of(len({answer.student for answer in waiting}), "student")
+        yield f"Still to be read by a person: {number_of(len(waiting), 'answer')} of {students}; their pages say so."
     if len(waiting) < len(everything):
         yield _left_out(settings.marks)
     silent = [one for one in read if one.given and one.mark.points < one.mark.out_of and not one.mark.reason]
     if silent:
-        have = plural(len(silent), "{count} answer has", "{count} answers have")
-        yield f"{have} less than full points from a person, without a remark: the student reads no reason."
+        points = f"{number_of(len(silent), 'answer')} with less than full points from a person"
+        yield f"{points}, without a remark: the student reads no reason."
     if count := len([one for one in book.comments() if one.is_open and is_given(one.where[0])]):
-        requests = plural(count, "{count} request", "{count} requests")
-        yield f"{requests} not answered yet ({program.name()} status lists what students ask)."
+        yield f"{number_of(count, 'request')} not answered yet ({program.name()} status lists what students ask)."
     opens = settings.feedback.opens
     if opens is not None and not settings.feedback.is_open(now):
         when = f"Feedback opens on {opens:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no more."

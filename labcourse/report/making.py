@@ -16,7 +16,7 @@ from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.own_files import megabytes
 from labcourse.errors import AnswerError
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.problems import Reason
 from labcourse.run import by_program, from_notebook
 from labcourse.sentences import sentence
@@ -107,7 +107,7 @@ def _make(lab: report_files.ReportSession, folder: Path, number: str) -> None:
         return
     notebook = lab.catalogue.reports[number].notebook + ".ipynb"
     saved = datetime.fromtimestamp((folder / notebook).stat().st_mtime)
-    pages = plural(made.pages, "{count} page", "{count} pages")
+    pages = number_of(made.pages, "page")
     took = time.perf_counter() - started
     limit = (course_file.of(folder) or {}).get(course_file.PAGE_LIMIT)
     problems = list(made.problems)

@@ -22,7 +22,7 @@ from labcourse.answers.cell_reports import REPORTS_FILE, CellReports
 from labcourse.answers.report_files import ReportFile
 from labcourse.errors import AnswerError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.problems import Code, Problem, Where
 from labcourse.run import execute, merge, portability, reasons, student_folder
 from labcourse.run.alignment import Change, Role, asked_cells, cells_by_change, source_of
@@ -97,7 +97,7 @@ class Checked:
     def summary(self) -> str:
         """How much is there, as a sentence."""
         there = sum(self.questions.values())
-        count = plural(len(self.questions), "{count} question", "{count} questions")
+        count = number_of(len(self.questions), "question")
         return f"All there: {count}." if there == len(self.questions) else f"{there} of {count} are all there."
 
     @property

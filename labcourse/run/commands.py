@@ -16,7 +16,7 @@ import typer
 
 from labcourse import course_file, courses, files, program
 from labcourse.errors import CheckError, ConfigurationError
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.run import by_program
 from labcourse.run.from_notebook import nothing_here
 from labcourse.safe_text import say
@@ -229,7 +229,7 @@ def lines(checked: Checked, notebook: str = "", everything: bool = False) -> Ite
         if content:
             yield from ("", title, *(f"  {line}" for line in shown))
         if more := len(content) - len(shown):
-            text = plural(more, "{count} more line", "{count} more lines")
+            text = number_of(more, "more line")
             yield f"  … {text}: {program.name()} check --everything, or lab.check(everything=True), shows all."
 
 

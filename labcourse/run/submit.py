@@ -19,7 +19,7 @@ from labcourse.answers.notebooks import Notebook
 from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.problems import Code, Problem
 from labcourse.run import student_folder
 from labcourse.run.check import Checked
@@ -99,7 +99,7 @@ def submit(
     lines = (
         f"Receipt    {', '.join((student, *receipt['with']))}",
         f"Time       {time.astimezone():%Y-%m-%d %H:%M:%S %z} ({time.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC)",
-        f"Content    {receipt['content'][:_SHOWN]} ({plural(len(content), '{count} file', '{count} files')})",
+        f"Content    {receipt['content'][:_SHOWN]} ({number_of(len(content), 'file')})",
         *(f"Report     {sentence(pdf.note)}" for pdf in pdfs),
         *of_questions,
         *(f"Note       {note}" for note in receipt["notes"]),

@@ -33,7 +33,7 @@ from labcourse.grading.graded_run import answers_of, submission_of
 from labcourse.grading.marks import Status
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.verdicts import Key, OwnBench
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.problems import Where
 from labcourse.safe_text import no_escapes
 from labcourse.student_id import HINTS_DATA_FILE, HINTS_FILE, caseless
@@ -89,9 +89,8 @@ class Hint:
                 names = ", ".join(self.names)
                 return f"{everybody} have the same samples in {names}, though each has a bench of their own."
             case Likeness.FILES:
-                count = plural(len(self.names), "1 file", "{count} files")
                 others = " and others" if self.names[1:] else ""
-                return f"{everybody} handed in the same {count}: {self.names[0]}{others}."
+                return f"{everybody} handed in the same {number_of(len(self.names), 'file')}: {self.names[0]}{others}."
 
 
 _STORED = TypeAdapter(list[Hint])

@@ -15,7 +15,7 @@ from labcourse.grading.gradebook import CommentRecord, GivenMark, Gradebook, Gra
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.changes import ChangedMark
-from labcourse.messages import plural, shortened
+from labcourse.messages import number_of, shortened
 from labcourse.patterns import pattern
 from labcourse.problems import NOT_COUNTED, Problem
 
@@ -193,7 +193,7 @@ def state_of(grade: AssignmentGrade) -> str:
     """Describe the state of an assignment, as "marked, 2 days late"."""
     if grade.is_excused:
         return "excused"
-    late = plural(grade.days_late, ", {count} day late", ", {count} days late") if grade.days_late else ""
+    late = f", {number_of(grade.days_late, 'day')} late" if grade.days_late else ""
     return f"{grade.state}{late}"
 
 

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from labcourse.grading.accounts import in_full, points, worth
 from labcourse.grading.reports.changes import state_text
 from labcourse.grading.reports.result import lapse, moment, not_counted, request_text, state_of, sums
-from labcourse.messages import plural
+from labcourse.messages import number_of
 from labcourse.safe_text import no_escapes
 from labcourse.sentences import sentence, sentences
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _PACKAGE, _SHARED = "labcourse.grading", "reports/templates"
 #: What each template may call.
 _FUNCTIONS = (
-    *(in_full, lapse, moment, not_counted, plural, points, request_text, sentence, sentences),
+    *(in_full, lapse, moment, not_counted, number_of, points, request_text, sentence, sentences),
     *(state_of, state_text, sums, worth),
 )
 

@@ -53,7 +53,7 @@ def settings_of(tmp_path, monkeypatch):
 
 def test_without_options_the_limits_are_the_usual_ones(settings_of):
     made = settings_of()
-    assert made == batch.Settings() and made.limits == USUAL and made.isolated and not made.every_cell
+    assert made == batch.Settings() and made.limits == USUAL and made.isolated
 
 
 @pytest.mark.parametrize(
@@ -71,8 +71,8 @@ def test_each_option_changes_its_limit_and_no_other(settings_of, options, limits
 
 
 def test_the_other_options_are_each_their_own(settings_of):
-    made = settings_of("--jobs", "3", "--probe-seed", "5", "--every-cell", "--unsafe-no-isolation")
-    assert (made.jobs, made.probe_seed, made.every_cell, made.isolated) == (3, 5, True, False)
+    made = settings_of("--jobs", "3", "--probe-seed", "5", "--unsafe-no-isolation")
+    assert (made.jobs, made.probe_seed, made.isolated) == (3, 5, False)
 
 
 @pytest.mark.parametrize(
