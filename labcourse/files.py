@@ -206,6 +206,15 @@ def from_json(data: bytes, max_depth: int = MAX_DEPTH, *, allow_nan: bool = True
     return value if written.decode() == text else json.loads(written, **hooks)
 
 
+def object_in(data: bytes) -> dict[str, Any]:
+    """Return the object that an untrusted JSON file holds; {} if it holds another value, or is not JSON."""
+    try:
+        value = from_json(data)
+    except ValueError:
+        return {}
+    return value if isinstance(value, dict) else {}
+
+
 def _examined(value: Any) -> tuple[int, float]:
     """Return how many lists and objects lie within each other, and a number that is finite only if all numbers are."""
     depth, numbers, level = 0, 0.0, [value]

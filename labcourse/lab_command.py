@@ -263,10 +263,9 @@ def _name() -> str:
 
 def _last() -> dict[str, Any]:
     try:
-        last = json.loads((settings() / _LAST).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return files.object_in((settings() / _LAST).read_bytes())
+    except OSError:
         return {}
-    return last if isinstance(last, dict) else {}
 
 
 def settings() -> Path:

@@ -23,6 +23,7 @@ from labcourse.answers.forms import FormError, NotAnswered
 from labcourse.answers.parts import Part, Question
 from labcourse.errors import AnswerError
 from labcourse.patterns import ANSWER, pattern
+from labcourse.problems import Where
 from labcourse.student_id import caseless
 
 MAX_BYTES = ANSWER  #: of the whole file; docs/handing_in.md states it
@@ -65,13 +66,23 @@ def parse(data: bytes) -> dict[str, Any]:
     return {"cells": {}, **content}
 
 
+def content_of(data: bytes | None) -> dict[str, Any]:
+    """Return the content of an ``answers.json`` as :func:`parse` does; {} if there is none, or it cannot be read."""
+    try:
+        return parse(data or b"")
+    except AnswerError:
+        return {}
+
+
+def by_part(content: Mapping[str, Any]) -> dict[Where, dict[str, Any]]:
+    """Return (question, part) → answer of what :func:`content_of` returned."""
+    given = content.get("answers", {})
+    return {(question, part): answer for question, parts in given.items() for part, answer in parts.items()}
+
+
 def student_in(data: bytes | None) -> str:
     """Return the student whom an ``answers.json`` names; "" if there is none, or it cannot be read."""
-    try:
-        content = files.from_json(data or b"{}")
-    except ValueError:
-        return ""
-    student = content.get("student") if isinstance(content, dict) else ""
+    student = files.object_in(data or b"").get("student")
     return student if isinstance(student, str) else ""
 
 

@@ -621,8 +621,8 @@ def export(
         raise GradingError("Two of the files are the same. What is read is not written over: name another file.")
     course = courses.find(solutions)
     only = assignments.find(course, assignment) if assignment else None
-    choice = platforms.MarkFormat(decimals, unfinished, cap)
     content = into.read_bytes()
+    options: dict[str, Any] = {"decimals": decimals, "unfinished": unfinished, "cap": cap}
     with _gradebook(marks) as book:
         students, earned = book.students(), platforms.earned(book, course, only)
         try:
@@ -630,7 +630,7 @@ def export(
             place = theirs.column(column)
             maximum = theirs.maximum(place, out_of)
             matches = platforms.match(theirs, students)
-            data, entries = platforms.fill(theirs, place, maximum, matches=matches, earned=earned, choice=choice)
+            data, entries = platforms.fill(theirs, place, maximum, matches, earned, **options)
         except GradingError as error:
             raise GradingError(f"{into}: {error}") from None
         contents, messages = {target: data}, list[str]()

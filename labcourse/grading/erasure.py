@@ -11,7 +11,6 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from labcourse import files
 from labcourse.benches import OWN, SAME, BenchPolicy
@@ -67,7 +66,7 @@ def erase(book: Gradebook, course: Course, student: str, actor: str, dry_run: bo
         if policy is not None:
             owner = partners[0] if partners else record.student
             submission.policy, submission.bench_of = policy, owner
-            if (data := _object(record.answers or b"")) is not None:
+            if data := files.object_in(record.answers or b""):
                 record.answers = json.dumps({**data, "student": owner}).encode()
             record.versions = tuple(
                 {**entry, "bench_of": owner if _same(student, entry.get("bench_of", "")) else entry.get("bench_of", "")}
@@ -97,20 +96,9 @@ def _same_bench(submission: Submission, course: Course, student: str) -> BenchPo
     return None if course.own_seed is None else BenchPolicy(SAME, course.own_seed(student), draw=policy.draw)
 
 
-def _object(content: bytes) -> dict[str, Any] | None:
-    """Return the object that a file of JSON holds; None if it holds another value, or is not JSON."""
-    try:
-        data = files.from_json(content)
-    except ValueError:
-        return None
-    return data if isinstance(data, dict) else None
-
-
 def _without(file: Delivery, student: str) -> bytes:
     """Return the content of a file; of a ``course.json`` or ``answers.json``, without a student's ID."""
-    data = _object(file.content) if file.name in (COURSE_FILE, ANSWERS_FILE) else None
-    if data is None:
-        return file.content
+    data = files.object_in(file.content) if file.name in (COURSE_FILE, ANSWERS_FILE) else {}
     new = {**data, "student": ""} if _same(student, str(data.get("student"))) else {**data}
     if isinstance(data.get("with"), list):
         new["with"] = [partner for partner in data["with"] if not _same(student, str(partner))]

@@ -17,6 +17,7 @@ from typing import Any
 import nbformat
 
 from labcourse import files
+from labcourse.answers.answers import by_part
 from labcourse.answers.words import Budget, PictureError, as_png, decoded
 from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE
@@ -110,11 +111,8 @@ def _about(other: Sequence[Where]) -> Iterator[str]:
 
 def different(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[Where]:
     """Return the (question, part) with another answer in one ``answers.json`` than in the other, or with none."""
-    flat = [
-        {(number, part): value for number, parts in one.get("answers", {}).items() for part, value in parts.items()}
-        for one in (before, now)
-    ]
-    return [where for where in dict.fromkeys([*flat[0], *flat[1]]) if flat[0].get(where) != flat[1].get(where)]
+    old, new = map(by_part, (before, now))
+    return [where for where in dict.fromkeys([*old, *new]) if old.get(where) != new.get(where)]
 
 
 def as_shown(cells: Sequence[Mapping[str, Any]], executed: bytes) -> Any:

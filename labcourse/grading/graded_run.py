@@ -20,7 +20,6 @@ from labcourse.answers.cell_reports import CellReports
 from labcourse.answers.report_files import ReportFile
 from labcourse.answers.words import TextAnswer
 from labcourse.benches import BenchPolicy
-from labcourse.errors import AnswerError
 from labcourse.grading.gradebook import Gradebook, Graded, RunRecord
 from labcourse.grading.marking.marking_processes import Marker
 from labcourse.grading.marks import Mark, Status
@@ -128,13 +127,10 @@ def submission_of(run: RunRecord) -> Submission:
 
 def answers_of(run: RunRecord) -> dict[str, Any]:
     """Return the content of a run's ``answers.json``, which is not to be changed; {} if it cannot be read."""
-    try:
-        return _parsed(run.answers or b"")
-    except AnswerError:
-        return {}
+    return _content_of(run.answers)
 
 
-_parsed = lru_cache(maxsize=2)(answers.parse)  # a student's page and the hints read it one after the other
+_content_of = lru_cache(maxsize=2)(answers.content_of)  # a student's page and the hints read it one after the other
 
 
 def words_as_json(words: Mapping[Where, TextAnswer]) -> dict[str, dict[str, Any]]:
@@ -147,11 +143,7 @@ def words_as_json(words: Mapping[Where, TextAnswer]) -> dict[str, dict[str, Any]
 
 def recorded_in(data: bytes | None) -> set[Where]:
     """Return the (question, part) of all that an ``answers.json`` claims to hold; none if it cannot be read."""
-    try:
-        content = answers.parse(data or b"")
-    except AnswerError:
-        return set()
-    return {(question, part) for question, parts in content["answers"].items() for part in parts}
+    return {*answers.by_part(answers.content_of(data))}
 
 
 def mark(run: RunRecord, marker: Marker, key_digest: str) -> Graded:

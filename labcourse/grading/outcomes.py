@@ -114,9 +114,9 @@ def standing(about: StudentRecord, marks: Iterable[Mark], catalogue: Catalogue, 
 def standings(book: Gradebook, course: Course) -> list[Standing]:
     """Return all graded students, by ID, without notebooks that are excused, unreadable, or neither due nor there."""
     found = []
-    known = {caseless(student.student): student for student in book.students()}
-    for graded in book.all_current():
-        about = known.get(caseless(graded.run.student), StudentRecord(graded.run.student))
+    for about in book.students():
+        if (graded := book.current(about.student)) is None:
+            continue
         account = account_in(book, course, graded, about)
         works = [work for one in account.assignments for work in one.works]
         left_out = {work.notebook for work in works if work.excuse or work.is_blank or work.is_unread}
@@ -365,12 +365,13 @@ def write_report(out: Path, course: Course, book: Gradebook, *, by_section: bool
         kinds.append(Kind("outcome", mapped.scheme, mapped.criteria, mapped.outcomes))
     attained = [(kind, attainments(students, kind.criteria, settings, group_of)) for kind in kinds]
     shown = [figures for _kind, criteria in attained for groups in criteria.values() for figures in groups.values()]
-    known = {caseless(student) for student in (*book.handed_in(), *(about.student for about in book.students()))}
-    absent = len(known - {caseless(student.about.student) for student in students})
     out.mkdir(parents=True, exist_ok=True)
     files.write(out / ATTAINMENT_FILE, _attainment(attained, settings))
     files.write(out / LEVELS_FILE, _levels(kinds, students, settings))
-    notes = [*_withheld_note(shown, settings.outcomes.fewest), *_notes(absent, students, mapped, course)]
+    notes = [
+        *_withheld_note(shown, settings.outcomes.fewest),
+        *_notes(len(book.students()) - len(students), students, mapped, course),
+    ]
     return len(students), notes
 
 

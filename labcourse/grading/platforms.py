@@ -531,22 +531,6 @@ def _earned_in(grade: AssignmentGrade) -> Earned:
 
 
 @dataclass(frozen=True)
-class MarkFormat:
-    """How marks are written.
-
-    Attributes
-    ----------
-    decimals : of a mark, which is rounded half up
-    unfinished : whether the points decided so far are written if more waits
-    cap : whether a mark above the maximum is written as the maximum
-    """
-
-    decimals: int
-    unfinished: bool = False
-    cap: bool = False
-
-
-@dataclass(frozen=True)
 class StudentCell:
     """A student's cell.
 
@@ -569,7 +553,10 @@ def fill(
     maximum: Decimal,
     matches: Matches,
     earned: Mapping[str, Earned],
-    choice: MarkFormat,
+    *,
+    decimals: int,
+    unfinished: bool = False,
+    cap: bool = False,
 ) -> tuple[bytes, dict[str, StudentCell]]:
     """Write everybody's mark into one column.
 
@@ -578,7 +565,9 @@ def fill(
     export, column, maximum : the file, the column, and what it is out of
     matches : which row belongs to which student
     earned : student → what they have earned
-    choice : how marks are written
+    decimals : of a mark, which is rounded half up
+    unfinished : whether the points decided so far are written if more waits
+    cap : whether a mark above the maximum is written as the maximum
 
     Returns
     -------
@@ -602,8 +591,8 @@ def fill(
         remark, complete = why or mark.remark, False
         if not why and mark.state == _EXCUSED and export.platform.excused:
             after, complete = export.platform.excused, True
-        elif not why and mark.share is not None and (choice.unfinished or not mark.remark):
-            exactly = half_up(mark.share * Fraction(maximum), choice.decimals)
+        elif not why and mark.share is not None and (unfinished or not mark.remark):
+            exactly = half_up(mark.share * Fraction(maximum), decimals)
             value = min(exactly, Fraction(maximum))
             if exactly > maximum:
                 above[about.student] = in_full(exactly)
@@ -615,7 +604,7 @@ def fill(
         entries[about.student] = StudentCell(before, after, remark, complete)
         if after not in (None, before):
             new[row, column.place] = after
-    if above and not choice.cap:
+    if above and not cap:
         most, those = in_full(Fraction(maximum)), ", ".join(f"{who}: {value}" for who, value in above.items())
         raise GradingError(
             f"Nothing is written: {column.heading!r} is out of {most}, and these would have more: {those}. "

@@ -318,7 +318,7 @@ def write(out: Path, course: Course, book: Gradebook, students: Sequence[str] = 
     """
     settings, layouts = course.settings, read_layouts(course.folder, course.catalogue)
     everybody = {caseless(one.about.student): one for one in standings(book, course)}
-    known = {caseless(one): one for one in (*book.handed_in(), *(about.student for about in book.students()))}
+    known = {caseless(about.student): about.student for about in book.students()}
     for student in students:
         if caseless(student) not in known:
             where = f"({program.name()} report lists them in grades.csv.)"

@@ -146,7 +146,7 @@ def check(
     merged = merge.merged(masters, work.hand_in.notebooks)
     data, reports = _run(work, merged, student, masters, cell_timeout, report)
     (run, unreadable), (home, incomparable) = _parsed(data), _at_home(work, student)
-    given = {(question, part) for question, parts in run.get("answers", {}).items() for part in parts}
+    given = {*answers.by_part(run)}
     seconds = cell_timeout if time.monotonic() - begun > cell_timeout else None  # else nothing can have run so long
     limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": seconds, "at_home": True}
     why = reasons.explain(masters, merged, reports, given, catalogue, claim=home.get("cells"), **limits)

@@ -23,7 +23,7 @@ from their_exports import BLACKBOARD, BRIGHTSPACE, CANVAS, FILES, MOODLE, WORKSH
 from labcourse.errors import GradingError
 from labcourse.grading import feedback_zip, platforms
 from labcourse.grading.gradebook import Gradebook, StudentRecord
-from labcourse.grading.platforms import SEPARATORS, Earned, MarkFormat, table
+from labcourse.grading.platforms import SEPARATORS, Earned, table
 from labcourse.grading.settings import FeedbackSettings, MarkSettings
 
 WORKSHEETS = "Moodle's grading worksheet"
@@ -263,9 +263,8 @@ def fill(book, content, out_of=None, have=None, **choice):
     column = found.column("Grade" if found.platform.name == WORKSHEETS else "Lab 3")
     matches = platforms.match(found, book.students())
     marks = platforms.earned(book, OURS) | (have or {})
-    made = MarkFormat(**{"decimals": 2} | choice)
     data, entries = platforms.fill(
-        found, column, found.maximum(column, out_of), matches=matches, earned=marks, choice=made
+        found, column, found.maximum(column, out_of), matches, marks, **{"decimals": 2} | choice
     )
     return data, entries, platforms.summary(found, entries, matches)
 

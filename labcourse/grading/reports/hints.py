@@ -24,7 +24,7 @@ from pydantic import TypeAdapter
 from labcourse import program
 from labcourse.answers import answers
 from labcourse.benches import OWN, REAL
-from labcourse.errors import AnswerError, GradingError
+from labcourse.errors import GradingError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading.counting import bench_of
 from labcourse.grading.course import Course
@@ -278,8 +278,8 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     submission = submission_of(graded.run)
     recordings: dict[str, str] = {}
     if submission.policy is None or submission.policy.which in (OWN, REAL):
-        for content in (answers_of(graded.run), _at_home(delivered.get(ANSWERS_FILE))):
-            recordings |= dict(_recordings(content.get("answers", {})))
+        for content in (answers_of(graded.run), answers.content_of(delivered.get(ANSWERS_FILE))):
+            recordings |= dict(_recordings(content))
     files = {
         digest(content): name
         for name, content in sorted(delivered.items())
@@ -290,20 +290,11 @@ def handed_in(graded: Graded, delivered: Mapping[str, bytes], handed_out: Collec
     return ComparedWork(graded.run.student, group, recordings=recordings, files=own)
 
 
-def _at_home(data: bytes | None) -> dict[str, Any]:
-    """Return the content of the ``answers.json`` that was handed in; nothing if it cannot be read."""
-    try:
-        return answers.parse(data or b"")
-    except AnswerError:
-        return {}
-
-
-def _recordings(content: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
-    """Yield digest and place of each measured recording in answers. They are untrusted."""
-    for question, parts in content.items():
-        for part, answer in parts.items():
-            if answer.get("kind") == "recording" and (samples := _samples(answer)):
-                yield digest(samples), f"{question} {part}"
+def _recordings(content: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield digest and place of each measured recording in an ``answers.json``. It is untrusted."""
+    for where, answer in answers.by_part(content).items():
+        if answer.get("kind") == "recording" and (samples := _samples(answer)):
+            yield digest(samples), " ".join(where)
 
 
 def _samples(content: Mapping[str, Any]) -> bytes:

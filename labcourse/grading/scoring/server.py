@@ -300,9 +300,7 @@ class Pages:
             raise HTTPException(400, "Give points to one answer, with a remark: it says to the student why.")
         done = self.desk.give(scorer.name, sent.where, sent.answers, points=sent.points, remark=sent.remark.strip())
         given = [f"Given: {in_points(act.points or 0.0)}." for act in done.acts]
-        if not done.acts:
-            return self._opened(scorer, sent, sent.answers[0].key, done.problems, again=sent)
-        return self._opened(scorer, sent, sent.answers[0].key, given)
+        return self._opened(scorer, sent, sent.answers[0].key, given or done.problems, None if given else sent)
 
     def note(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Write a comment on an answer that was opened by name, and leave the points; nothing if it has changed.
