@@ -71,7 +71,6 @@ class Result:
     about : what the roster says of the student
     account : what the marks come to by the course's settings
     comments : by persons, and the student's requests to look again, in order
-    hidden : notebooks, without ending, of which the marks were not given back; only in a student's copy
     changes : marks that moved since they were first given back; only in a student's copy
     """
 
@@ -79,7 +78,6 @@ class Result:
     about: StudentRecord
     account: Account
     comments: Sequence[CommentRecord] = ()
-    hidden: Collection[str] = ()
     changes: Sequence[ChangedMark] = ()
 
     @property
@@ -139,7 +137,6 @@ class Result:
             graded=with_marks(self.graded, is_shown),
             comments=[one for one in self.comments if one.asks or one.question is None or is_shown(one)],
             account=self.account.given_back(notebooks),
-            hidden={question.notebook for question in course.catalogue.marked.values()} - {*notebooks},
         )
 
 

@@ -31,6 +31,7 @@ from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import cards
 from labcourse.grading.scoring.desk import Desk, Done, Pick, key_of, seen, state, tally
 from labcourse.grading.scoring.guards import ACTOR, Find, Guard, Scorer, Site, refusal
+from labcourse.messages import listed, number_of
 from labcourse.problems import Where
 from labcourse.student_id import caseless
 
@@ -322,17 +323,15 @@ class Pages:
         if not sent.answers:
             raise HTTPException(400, "Tick at least one answer.")
         done = self.desk.give_same(scorer.name, sent.where, Pick(sent.key, sent.seen), sent.answers)
-        count = len(done.acts)
-        given = f"The same was given to {count} {'answer' if count == 1 else 'answers'}; u takes all of it back."
-        messages = [given, *done.problems] if count else done.problems
+        given = f"The same was given to {number_of(len(done.acts), 'answer')}; u takes all of it back."
+        messages = [given, *done.problems] if done.acts else done.problems
         return self._opened(scorer, sent, sent.key, messages, trouble=bool(done.problems))
 
     def back(self, scorer: Scorer, sent: Sent) -> dict[str, Any]:
         """Take back what was done last, and show the answer that was opened by name as it is then."""
         done = self.desk.undo(scorer.name)
-        labels = [f"{self.desk.label(act.student, act.where)} ({' '.join(act.where)})" for act in done.acts[:3]]
-        more = [f"{len(done.acts) - 3} more"] if len(done.acts) > 3 else []
-        messages = [f"Taken back: {', '.join([*labels, *more])}."] if done.acts else []
+        labels = [f"{self.desk.label(act.student, act.where)} ({' '.join(act.where)})" for act in done.acts]
+        messages = [f"Taken back: {listed(labels, 3)}."] if done.acts else []
         return self._opened(scorer, sent, sent.key, [*messages, *done.problems], trouble=bool(done.problems))
 
     def _opened(
