@@ -20,7 +20,6 @@ from labcourse.scene.saved_explorers import BAR
 
 ANSWERED, IN_PART, WAITS, EMPTY = "answered", "in part", "waiting", "empty"
 _SIGNS = {ANSWERED: "✓", IN_PART: "◐", WAITS: "…", EMPTY: "○"}
-Address = tuple[str, str] | None  #: of a notebook: its file and its title; None if there is none
 _PROGRESS = "Running "  # the beginning of a line that the next one of its kind replaces
 _HERE = Path(__file__).parent
 _CHIP = "display:inline-block;margin:1px 4px 1px 0;padding:0 6px;border:1px solid;border-radius:9px;white-space:nowrap"

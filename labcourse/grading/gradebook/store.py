@@ -326,17 +326,6 @@ class Gradebook(AbstractContextManager["Gradebook"]):
                 run.current = True
             return put_audit(session, Current(student, run, before), actor, reason)
 
-    def remark(self, student: str, new: Sequence[Mark], *, key_digest: str, actor: str, reason: str) -> int:
-        """Replace the software's marks of a student's run that counts, and the digest of the key that they are by.
-
-        Parameters, returned number and errors as for :meth:`record`; a student without a run is an error, too.
-        """
-        with self._database.writing() as session:
-            before = current(session, student)
-            before.run.key_digest = key_digest
-            _put_marks(session, before.run.id, new)
-            return put_audit(session, before, actor, reason)
-
     def set_mark(
         self,
         student: str,
@@ -382,12 +371,6 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         """Store from what the run with a key was prepared last: its :attr:`RunRecord.prepared_from`."""
         with self._database.writing() as session:
             session.execute(update(RunRecord).where(RunRecord.key == key).values(prepared_from=prepared_from))
-
-    def find(self, key: str) -> Graded | None:
-        """Return the run with a key, and its marks as they are now; None without one. Another run may count."""
-        with self._database.reading() as session:
-            run = session.scalar(select(RunRecord).where(RunRecord.key == key))
-            return None if run is None else _graded(session, run)
 
     def find_made(self, key: str) -> Graded | None:
         """Return the run with a key, and its marks as the software made them; None without one."""

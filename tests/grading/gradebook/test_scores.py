@@ -236,12 +236,7 @@ ASKED = [("ada", COMPARED, "Please read the second paragraph.")]
         (lambda book: book.comment("bob", "Another student's.", "prof", *COMPARED), True),
         (lambda book: book.comment("ada", "The whole question.", actor="prof", question=COMPARED[0]), True),
         (lambda book: book.scores.ask("ada", COMPARED, "kim"), True),
-        (
-            lambda book: book.remark(
-                "ada", [mark(), report_text("right", 2.0)], key_digest="key 2", actor="prof", reason="mended"
-            ),
-            True,
-        ),
+        (lambda book: record(book, graded("ada", mark(), report_text("right", 2.0))), True),
     ],
 )
 def test_a_request_is_open_until_a_person_marks_that_answer_or_comments_on_it(class_of_three, act, is_open):
