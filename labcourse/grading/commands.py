@@ -468,7 +468,6 @@ def regrade(
     question: Annotated[list[str] | None, Option(help="Mark only this question; may be given several times.")] = None,
     out: OutOption = None,
     jobs: JobsOption = 1,
-    as_json: JsonOption = False,
 ) -> None:
     """Mark all answers again with the present key, and show what changed. No notebook is run.
 
@@ -490,9 +489,6 @@ def regrade(
             changed[bool(change.parts)] += 1
             failed |= bool(done.problem)
             faults |= dict.fromkeys(sentences(graded_run.key_faults(done.after).values()))
-            if as_json:
-                typer.echo(json.dumps({**change.as_data(), "left_alone": done.unchanged, "problem": done.problem}))
-                continue
             if done.problem:
                 say(f"{change.student}: {done.problem} The marks stay as they were.", err=True)
             say(*([str(change)] if change.parts else []))
@@ -500,8 +496,7 @@ def regrade(
                 stays = f"{mark['points']:g} points, given by a person, stay; the key gives {mark['by_key']:g}"
                 say(f"{change.student}, {mark['question']}, {mark['part']}: {stays}.")
     say(*faults, *(reports.notices() if reports else ()), err=True)
-    if not as_json:
-        say(f"Other marks than before: {number_of(changed[True], 'student')}. The same: {changed[False]}.")
+    say(f"Other marks than before: {number_of(changed[True], 'student')}. The same: {changed[False]}.")
     raise typer.Exit(SOME_TROUBLE if failed or faults else ALL_WELL)
 
 

@@ -51,13 +51,12 @@ class Changes:
         return "\n".join(lines)
 
     def as_data(self) -> dict[str, Any]:
-        """Return the same as plain data."""
+        """Return why and what as plain data."""
         changed = [
             {"question": question, "part": part, "before": _as_json(before), "after": _as_json(after)}
             for (question, part), before, after in self.parts
         ]
-        sums = {"before": self.before, "after": self.after}
-        return {"student": self.student, **sums, "why": self.why, "changes": changed}
+        return {"why": self.why, "changes": changed}
 
 
 def _in_words(mark: Mark | None) -> str:

@@ -69,7 +69,7 @@ class JsonLines(ProgressReport):
             not_marked=whole.not_marked,
             problems=sentences(graded.run.problems),
             lapsed=list(map(lapse, graded.lapsed)),
-            **({} if changed is None else {"why": changed.why, "changes": changed.as_data()["changes"]}),
+            **({} if changed is None else changed.as_data()),
             stamp=graded.run.isolation,
         )
 

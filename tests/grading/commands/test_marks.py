@@ -1,6 +1,5 @@
 """Commands on a gradebook: regrade, report, mark, comment, history."""
 
-import json
 import re
 
 import pytest
@@ -139,19 +138,13 @@ def test_regrade_says_what_changed_for_whom_and_why(book, marked_again):
     ]
 
 
-def test_regrade_says_it_to_scripts_and_does_not_end_well_where_the_key_failed(book, marked_again):
+def test_regrade_does_not_end_well_where_the_key_failed(book, marked_again):
     about = {"question": "2.11", "part": "omega_n", "error": "KeyError, key.py, line 5."}
     fault = Problem.of(Code.KEY_FAILED, **about)
     failed = graded("bob", mark("not marked: key fault", 0.0), problems=(fault,))
     marked_again(Regraded(graded("ada", mark(), prose()), WRONG), Regraded(graded("bob", mark()), failed))
-    done = rotflex("regrade", book, "--solutions", ROOT, "--json")
+    done = rotflex("regrade", book, "--solutions", ROOT)
     assert done.exit_code == 1 and sentence(fault) in said(done)
-    ada = json.loads(done.output.splitlines()[0])
-    assert (ada["before"], ada["after"], ada["why"]) == (2, 0, "the key has changed")
-    (part,) = ada["changes"]
-    assert (part["question"], part["part"]) == ("2.11", "omega_n")
-    assert part["before"]["status"] == "right" and part["after"]["points"] == 0
-    assert rotflex("regrade", book, "--solutions", ROOT).exit_code == 1
 
 
 def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, monkeypatch):
