@@ -313,7 +313,7 @@ def logarithmic_decrement(
     swing. Here r and both c are fitted to all turning points. Friction does not change the period.
 
     A servo that is held by a position loop gives way a little. If the recording has theta, the part of it that swings
-    with alpha is allowed for, in ω_n (some 5 % on the virtual bench) and in ζ (most of it), and a part of the
+    with alpha is allowed for, in ω_n (2 to 6 % on the virtual bench) and in ζ (most of it), and a part of the
     correction goes into the uncertainty, since the servo sticks in small swings.
 
     Parameters
