@@ -297,6 +297,12 @@ def observed(case: Case, servo_only: bool = True) -> Iterator[list[Callable[[], 
     yield [partial(feedback, right_design(case).voltage_model, np.ravel(right_design(case).K), False)]
 
 
+def observed_either_way(case: Case) -> Iterator[list[Callable[[], Controller]]]:
+    """The observers of 4.4, with the servo's encoder alone and with both: either is an honest way."""
+    for by_servo, by_both in zip(observed(case), observed(case, servo_only=False), strict=True):
+        yield [*by_servo, *by_both]
+
+
 def sampled_design(case: Case) -> Iterator[list[Callable[[], Controller]]]:
     """The sampled designs of 4.6: by the student's own Phi, Gamma and K, by their own poles, then all right."""
     import control

@@ -28,6 +28,7 @@ from .beyond_checks import (
     largest_by_own,
     limit_ms,
     observed,
+    observed_either_way,
     own_observer,
     own_plant,
     own_poles,
@@ -140,7 +141,7 @@ SENSORS = {
     },
     "4.4": {
         "response": ResponseOf(
-            along_square(observed),
+            along_square(observed_either_way),
             CHANNELS,
             rtol=tolerances.OBSERVED,
             slips={

@@ -58,8 +58,8 @@ K_S = 0.10
 #: above; two digits of 1.0 are worth 5 %.
 DEVIATION = 0.12
 STATES = 0.02  #: of the largest entry in the same unit: three digits, and Euler for the process noise
-#: An observer with the delay as a state sets voltages at 2 ms that differ by 6 %. At 30 ms, both encoders or another
-#: process noise give a deflection that differs by up to 7 %. Three digits are worth 3 %, the 33 Hz derivatives 10 %.
+#: An observer with the delay as a state sets voltages at 2 ms that differ by 6 %. At 30 ms, another process noise gives
+#: a deflection that differs by up to 7 %. Three digits are worth 3 %, the 33 Hz derivatives 10 %.
 OBSERVED = 0.07
 #: At rest, the voltage changes by counts. Three digits of K change the RMS by 5 %, the half turn at the
 #: start by 4 %. With both encoders it is 13 to 38 % higher.
