@@ -76,9 +76,23 @@ def test_heights_that_are_wrong_in_one_way_are_told_which(factors, words):
     assert (found.status, found.share) == (Status.PARTLY, 0.5) and words in found.reason
 
 
-def test_a_height_is_not_asked_for_between_bins():
-    value = honest()
-    for number in set(range(len(SIGNALS))) - set(ON_BINS):
-        f, amplitude = value[number]
-        value[number] = f, 0.8 * amplitude
-    assert verdict(value).status is Status.RIGHT
+@pytest.mark.parametrize("window", [np.ones, np.hanning])
+@pytest.mark.parametrize("zeros", [0, 692, 8884, 123572])
+def test_between_bins_a_height_is_that_of_the_method_and_divided_by_the_samples_without_zeros(zeros, window):
+    def answer(by_all):
+        for x, dt in SIGNALS:
+            length = x.size + zeros
+            amplitude = 2 * np.abs(np.fft.rfft(window(x.size) * x, length)) / window(x.size).sum()
+            yield np.fft.rfftfreq(length, dt), amplitude * (x.size / length if by_all else 1)
+
+    assert verdict(list(answer(by_all=False))).status is Status.RIGHT
+    assert verdict(list(answer(by_all=True))).share == (0.5 if zeros else 1)
+
+
+def test_who_divides_by_the_padded_length_is_told():
+    value = []
+    for x, dt in SIGNALS:
+        length = 2 ** int(np.ceil(np.log2(x.size)))
+        value.append((np.fft.rfftfreq(length, dt), 2 * np.abs(np.fft.rfft(x, length)) / length))
+    found = verdict(value)
+    assert (found.status, found.share) == (Status.PARTLY, 0.5) and "zeros are appended" in found.reason
