@@ -297,27 +297,29 @@ def observed(case: Case, servo_only: bool = True) -> Iterator[list[Callable[[], 
     yield [partial(feedback, right_design(case).voltage_model, np.ravel(right_design(case).K), False)]
 
 
-def observed_either_way(case: Case) -> Iterator[list[Callable[[], Controller]]]:
-    """The observers of 4.4, with the servo's encoder alone and with both: either is an honest way."""
-    for by_servo, by_both in zip(observed(case), observed(case, servo_only=False), strict=True):
-        yield [*by_servo, *by_both]
+def observed_by_either(case: Case) -> Iterator[list[Callable[[], Controller]]]:
+    """The observers of 4.4, and those with both encoders: the servo may come to rest elsewhere with them."""
+    for alone, both in zip(observed(case), observed(case, servo_only=False), strict=True):
+        yield [*alone, *both]
 
 
 def sampled_design(case: Case) -> Iterator[list[Callable[[], Controller]]]:
     """The sampled designs of 4.6: by the student's own Phi, Gamma and K, by their own poles, then all right."""
     import control
 
-    def feedback(model: tuple[Array, Array], poles: Array | None, own: bool, own_L: bool = False) -> Controller:
+    def feedback(
+        model: tuple[Array, Array], poles: Array | None, own: bool, own_L: bool = False, servo_only: bool = True
+    ) -> Controller:
         plant = plant_in_z(*model, HELD)
         if own:
             Phi, Gamma = usable(case.own, "4.5", "Phi"), usable(case.own, "4.5", "Gamma")
             plant = control.StateSpace(Phi, Gamma, plant.C, plant.D, HELD)
         K = usable(case.own, "4.6", "K") if poles is None else sampled.gain_by_place(plant, poles)
-        find = own_observer(case) if own_L else kalman
+        find = own_observer(case) if own_L else partial(kalman, servo_only=servo_only)
         return ObserverFeedback(plant.A, plant.B, find(*model, case.bench.J_l, plant), K, HELD)
 
     of_own = partial(feedback, own_model(case))
-    ways = ((None, True, True), (None, True), (None, False), (own_poles(case), False))
+    ways = ((None, True, True), (None, True), (None, True, False, False), (None, False), (own_poles(case), False))
     yield [partial(of_own, *way) for way in ways]
     yield [partial(feedback, right_design(case).voltage_model, desired_poles(), False)]
 

@@ -28,7 +28,7 @@ from .beyond_checks import (
     largest_by_own,
     limit_ms,
     observed,
-    observed_either_way,
+    observed_by_either,
     own_observer,
     own_plant,
     own_poles,
@@ -141,7 +141,7 @@ SENSORS = {
     },
     "4.4": {
         "response": ResponseOf(
-            along_square(observed_either_way),
+            along_square(observed_by_either),
             CHANNELS,
             rtol=tolerances.OBSERVED,
             slips={

@@ -8,6 +8,7 @@ numbers as well. So each way is gone on the student's own bench, and has a narro
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
@@ -16,7 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rotflex.identification import SWEEP_BAND, frequency_response
+from rotflex.errors import IdentificationError
+from rotflex.identification import SWEEP_BAND, frequency_response, logarithmic_decrement
 from rotflex.recording import Recording
 from rotflex.units import HZ
 
@@ -26,7 +28,7 @@ from .true_bench import TrueBench
 Vector = NDArray[np.float64]
 _STANDS_WITHIN, _GIVES_WAY = 0.05, 0.1  # of its travel, of alpha: a servo so near to where it ends stands
 _COUNTED = (4, 10)  # swings, from the first on
-_JUMPED = 0.2  # s, after which the servo's jump is over: whoever counts from here on has its give in the widest swings
+_FROM = (0.1, 0.2)  # s: with the first swing, while the servo still settles, or without; its give is in the widest ones
 _ZEROS = (0, 1, 2, 16)  # appended: see _peaks
 _WINDOWS: dict[str, Callable[[int], Vector]] = {"": np.ones, "Hann": np.hanning, "Hamming": np.hamming}
 _KEPT = 32  # benches, for the next answer that is held against the same
@@ -54,6 +56,8 @@ def spans(bench: TrueBench, run: int) -> Iterator[Span]:
     run : of the sweep
     """
     yield around(bench.omega_n, tolerances.NEAR_TRUE, "the natural frequency of your bench", rounds=True)
+    for omega in _decrement(bench):
+        yield around(omega, tolerances.BY_PROGRAM, "what your bench's free swing tells, less the servo's part", True)
     yield from of_sweep(bench, run, tolerances.BY_PROGRAM)
     for peak in (*_peaks(bench, run, over="theta"), _response_peak(bench, run)):
         yield around(peak, tolerances.BY_PROGRAM, "where the ratio of your bench has its peak", rounds=True)
@@ -130,6 +134,14 @@ def _response_peak(bench: TrueBench, run: int) -> float:
 
 
 @lru_cache(maxsize=_KEPT)
+def _decrement(bench: TrueBench) -> tuple[float, ...]:
+    """rad/s: as ``identification.logarithmic_decrement`` has it; nothing where it finds no decay."""
+    with contextlib.suppress(IdentificationError):
+        return (logarithmic_decrement(bench.decay).omega_n.value,)
+    return ()
+
+
+@lru_cache(maxsize=_KEPT)
 def _swings(bench: TrueBench) -> tuple[float, ...]:
     """rad/s: the free swing by its spectrum, once the servo stands, and by counting swings from then on or at once."""
     return tuple(_read_swings(bench.decay))
@@ -144,7 +156,7 @@ def _read_swings(decay: Recording) -> Iterator[float]:
     for zeros in (2, 16):
         length = zeros * 2 ** math.ceil(math.log2(x.size))
         yield HZ * _highest([x - x.mean()], dt, length)
-    for start in (round(_JUMPED / dt), stands):
+    for start in (*(round(begin / dt) for begin in _FROM), stands):
         upwards = _upwards(alpha[start:] - rest)
         for count in _COUNTED:
             if upwards.size > count:

@@ -21,8 +21,9 @@ from rotflex.plant import PlantParameters
 from rotflex.recording import Recording
 
 _VOLTS = 2e-3  # V: what rounding in a file may change; one count is worth more with any gain of use
-#: RMS of what the link's equation leaves, of the deflection's; up to 0.15 on a real log, and on virtual ones
-_LINK = 0.25
+#: RMS of what the link's equation leaves, of the deflection's; up to 0.15 on a real log, and up to 0.24 in the free
+#: swings of 500 virtual benches. With 5 % more or less stiffness it is more than 0.5 there.
+_LINK = 0.3
 
 
 def doubts(recording: Recording, servo: Servo, bench: PlantParameters) -> list[str]:

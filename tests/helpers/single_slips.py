@@ -124,6 +124,12 @@ def half_as_high(x: Any, dt: float) -> Any:
     return f, amplitude / 2
 
 
+def by_all(x: Any, dt: float) -> Any:
+    """The sum is divided by the number of samples and of the zeros that are appended to them."""
+    f, amplitude = spectrum(x, dt)
+    return f, amplitude * np.size(x) / (2 * f.size)
+
+
 def validated(model: Callable[[Answers], tuple[Any, Any]]) -> Slipped:
     def slipped(right: Any, own: Answers) -> Any:
         with bench() as opened:
@@ -217,6 +223,7 @@ SLIPS: tuple[Slip, ...] = (
     Slip(("2.8", "J_l"), "no parallel axis", lambda v, own: m_1 * L_1**2 / 3 + m_2 * L_2**2 / 12, "parallel-axis"),
     # --- on the bench -------------------------------------------------------------------------------------------------
     Slip(("2.10", "spectrum"), "half as high", lambda v, own: half_as_high, "half as high", costs=0.5),
+    Slip(("2.10", "spectrum"), "divided by zeros as well", lambda v, own: by_all, "zeros are appended", costs=0.5),
     Slip(("2.11", "omega_n"), "in Hz", times(1 / (2 * np.pi)), "Hz"),
     Slip(("2.11", "omega_n"), "another peak", times(1.3), "Nothing on your bench has its peak at this frequency"),
     Slip(("2.12", "J_l"), "another anchor", lambda v, own: at_another_anchor(STUDENT), "anchor"),

@@ -140,6 +140,13 @@ def of_other_noise(student, own):
     return student.run(controller, square(0.03), 0.03)
 
 
+def of_both(student):
+    """The run at 30 ms with both encoders."""
+    Phi, Gamma, _, K = student.sampled(0.03)
+    L = student.filter_gain(Phi, np.eye(2, 5), 0.03)
+    return student.run(ObserverFeedback(Phi, Gamma, L, K, 0.03), square(0.03), 0.03)
+
+
 def turning(run):
     return {("4.10", "response"): run, ("4.10", "swing_deg"): np.rad2deg(response.swing(run))}
 
@@ -175,6 +182,7 @@ WAYS = {
     },
     "4.10 by a polynomial of degree 11": lambda s: turning(s.turned(power=5)),
     "4.10 with a longer rest": lambda s: turning(s.turned(start=1.0)),
+    "4.6 with both encoders": lambda s: {("4.6", "response"): of_both(s)},
 }
 
 
