@@ -9,6 +9,9 @@ output. Its state is zero before each run. It gets what its inputs are named aft
   ``theta`` gets theta - theta_ref: such a system has the minus inside, as ``StateFeedback(K).system()`` has it;
 * one input of another name: the error theta_ref - theta;
 * three inputs of other names: theta_ref, theta and alpha, in this order.
+
+A function or an object may say in its attribute ``sample_time`` (s) for which one it is made: a run with another one is
+refused.
 """
 
 from __future__ import annotations
@@ -107,8 +110,10 @@ def _inputs(labels: list[str]) -> Array:
     if named & _RATES or len(labels) > len(_SIGNALS):  # as those of create_statefbk_iosystem
         advice = "A gain on all states needs no system: experiments.tracking(bench, K), or StateFeedback(K)"
     else:
-        names = "'theta', 'alpha'" if len(labels) == 2 else "'theta_ref', 'theta', 'alpha'"
-        advice = f"Name them: controller.set_inputs([{names}])"
+        advice = (
+            "Name them, as in controller.set_inputs(['theta_ref', 'theta', 'alpha']). Without theta_ref, 'theta' gets "
+            "theta - theta_ref, and not the error"
+        )
     raise DesignError(
         f"A controller's inputs are some of {', '.join(_SIGNALS)}; this has {', '.join(labels)}. {advice}"
     )
@@ -147,7 +152,8 @@ def runnable(controller: Controller, sample_time: float | None = None) -> Contro
         controller = SystemController(controller, sample_time)
     if not callable(controller):
         raise DesignError(
-            f"A controller is a function (reference, theta, alpha) that returns a voltage; this is {controller!r}."
+            f"A controller is a function (reference, theta, alpha) that returns a voltage; this is {controller!r}. For "
+            "a gain on the four states: rotflex.hil.controllers.StateFeedback(K)"
         )
     made_for = getattr(controller, "sample_time", None)
     if made_for is not None and sample_time is not None and abs(made_for / sample_time - 1) > _SAME_PERIOD:

@@ -71,7 +71,8 @@ def sweep(
 
     The servo follows the sweep in a position loop, so that the link is shaken by a base that moves nearly as commanded:
     then its deflection is largest near sqrt(K_s/J_l). With ``drive="voltage"`` the sweep is the motor voltage; the
-    servo then gives way to the link, and the deflection is largest elsewhere.
+    servo then gives way to the link, and the deflection is largest elsewhere. Friction takes a part of the voltage:
+    angles are up to a third smaller than without it at 0.8 V, and nearer to that at 3 V.
 
     The loop's gains are small: a stiff one is unstable on a board whose output comes some milliseconds late, and shakes
     the motor at frequencies that are not good for it. It brakes more than it pulls (K_d ω against K_p), which keeps

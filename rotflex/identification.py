@@ -14,7 +14,7 @@ to theta is free of that.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -125,6 +125,7 @@ class FrequencyResponse:
     resolution : Hz; details closer than this are blurred
     input : name of the signal
     output : name of the signal, or names of several
+    swept : Hz, from where to where the input was swept, if the recording says it
     """
 
     f_hz: Vector
@@ -133,14 +134,15 @@ class FrequencyResponse:
     resolution: float
     input: str = "theta"
     output: str | tuple[str, ...] = "alpha"
+    swept: tuple[float, float] = (0.0, math.inf)
 
     def to_frd(self, band: tuple[float, float] = (0.0, math.inf)) -> FRD:
         """Convert to python-control, with named signals.
 
         Parameters
         ----------
-        band : Hz, the frequencies to keep; a sweep says nothing outside its own. 0 Hz is always left out: means were
-            removed
+        band : Hz, the frequencies to keep. Outside of what was swept nothing is kept, for there is noise alone; keep
+            also off its ends by the resolution. 0 Hz is always left out: means were removed
 
         Returns
         -------
@@ -154,10 +156,12 @@ class FrequencyResponse:
         """
         import control
 
-        kept = (self.f_hz > 0) & (self.f_hz >= band[0]) & (self.f_hz <= band[1])
+        low, high = max(band[0], self.swept[0]), min(band[1], self.swept[1])
+        kept = (self.f_hz > 0) & (self.f_hz >= low) & (self.f_hz <= high)
         if not kept.any():
             raise IdentificationError(
-                f"The response has no frequency from {band[0]:g} to {band[1]:g} Hz; it ends at {self.f_hz[-1]:g} Hz."
+                f"The response has no frequency from {band[0]:g} to {band[1]:g} Hz: it was excited from "
+                f"{self.swept[0]:g} Hz on, and ends at {min(self.swept[1], self.f_hz[-1]):g} Hz."
             )
         outputs = [self.output] if isinstance(self.output, str) else [*self.output]
         ratio = self.ratio[..., kept].reshape(len(outputs), 1, -1)
@@ -215,7 +219,15 @@ def frequency_response(
         resolution=_HANN_BANDWIDTH / (options["nperseg"] * dt),
         input=input,
         output=output if isinstance(output, str) else outputs,
+        swept=_swept(data.metadata) if isinstance(data, Recording) else (0.0, math.inf),
     )
+
+
+def _swept(metadata: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the frequencies (Hz) that a sweep went through; all, where it is none or does not say it."""
+    ends = [metadata.get(name) for name in ("f_start", "f_stop")]
+    known = [float(end) for end in ends if isinstance(end, int | float)]
+    return (min(known), max(known)) if len(known) == len(ends) else (0.0, math.inf)
 
 
 def resonance(response: FrequencyResponse, band: tuple[float, float] = SWEEP_BAND) -> Estimate:

@@ -176,7 +176,8 @@ def margins(plant: StateSpace, controller: StateSpace) -> Margins:
     Parameters
     ----------
     plant : sampled, from vm to the two angles
-    controller : from the two angles to vm, as ``StateFeedback.system`` gives it; same sample time
+    controller : from the two angles to vm, with the minus inside, as ``StateFeedback.system`` gives it; same sample
+        time. Of a controller from the error theta_ref - theta to vm it is ``-controller``, with ``plant[0, 0]``
 
     Raises
     ------
