@@ -40,7 +40,6 @@ _SPECIFICATIONS = (
         r"\$PO\$ \| ≤ # %",
         r"meet a limit of # %",
         r'"overshoot", #, "%"',
-        r"overshoot exceeds # % on one bench",
         r'"PO": \(#, "%"\)',
     ),
     *_stated(
