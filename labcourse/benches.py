@@ -13,7 +13,6 @@ from labcourse.student_id import caseless
 OWN, SAME, PRESET, REAL = "own", "same", "preset", "real"
 WHICH = (OWN, SAME, PRESET, REAL)
 _ENTRIES = ("which", "seed", "preset", "benches")  # of the entry "bench"
-FIRST_DRAW = 1  #: the version of the draws of a course that names none
 MOST_SEED = 2**32 - 1  #: seeds are drawn from 32 bits
 
 

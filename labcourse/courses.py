@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from labcourse.benches import FIRST_DRAW
 from labcourse.errors import ConfigurationError
 
 GROUP = "labcourse.courses"  #: of entry points: name of a course → its package
@@ -63,9 +62,9 @@ class InstalledCourse:
         )
 
     @property
-    def draw(self) -> int:
-        """The version of how the course draws students' benches now: what its package's ``draw()`` returns."""
-        return int(getattr(importlib.import_module(self.package), "draw", lambda: FIRST_DRAW)())
+    def draw(self) -> int | None:
+        """The version of how the course draws students' benches now: what its package's ``draw()`` returns, if any."""
+        return getattr(importlib.import_module(self.package), "draw", lambda: None)()
 
 
 def installed() -> dict[str, str]:

@@ -110,9 +110,10 @@ def _inputs(labels: list[str]) -> Array:
     if named & _RATES or len(labels) > len(_SIGNALS):  # as those of create_statefbk_iosystem
         advice = "A gain on all states needs no system: experiments.tracking(bench, K), or StateFeedback(K)"
     else:
+        names = ", ".join(map(repr, [*_SIGNALS][: len(labels)]))
         advice = (
-            "Name them, as in controller.set_inputs(['theta_ref', 'theta', 'alpha']). Without theta_ref, 'theta' gets "
-            "theta - theta_ref, and not the error"
+            "Without theta_ref, theta gets theta - theta_ref, and not the error. Name what they get: "
+            f"controller.set_inputs([{names}])"
         )
     raise DesignError(
         f"A controller's inputs are some of {', '.join(_SIGNALS)}; this has {', '.join(labels)}. {advice}"

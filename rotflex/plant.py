@@ -244,7 +244,7 @@ class Plant:
         count = math.ceil(duration / (CUBIC_SUBSTEP if self._K_3 else SUBSTEP) - 1e-9)
         if duration:
             count = max(1, count)
-        self._spans[duration] = count, duration / max(1, count)
+        self._spans[duration] = count, float(duration) / max(1, count)  # a float of numpy is no index of a case
         return self._spans[duration]
 
     def _substep(self, voltage: float, h: float, halvings: int) -> None:

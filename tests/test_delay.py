@@ -87,7 +87,7 @@ def test_what_a_single_late_sample_starts_has_died_out_after_half_a_second(name)
     volts = np.abs(runs[0]["vm"] - runs[1]["vm"])
     assert volts.max() > 0
     for angle in ("theta", "alpha"):
-        assert np.abs(runs[0][angle] - runs[1][angle])[after].max() < 1.5 * srv02().K_enc
+        assert np.abs(runs[0][angle] - runs[1][angle])[after].max() < 2.5 * srv02().K_enc
 
 
 @pytest.mark.parametrize("seed", [0, 3])

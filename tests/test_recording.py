@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.io import loadmat, savemat
 
 from rotflex import identification
-from rotflex.errors import RecordingError, UnknownColumns
+from rotflex.errors import IdentificationError, RecordingError, UnknownColumns
 from rotflex.recording import UNITS, Channel, Recording
 from rotflex.units import DEG
 
@@ -336,6 +336,8 @@ def test_an_uneven_recording_is_refused_where_its_sample_time_counts_and_resampl
     about = {"timing": {"late": 3, "missed": 0, "held": [[1, 3]], "drift": 0.0}, "note": "mine"}
     uneven = Recording.of(UNEVEN + 5, about, theta=3 * UNEVEN, vm=1 - UNEVEN)
     with pytest.raises(RecordingError, match=r"not evenly spaced.*5\.002 s.*5\.005 s.*resampled"):
+        _ = uneven.sample_time
+    with pytest.raises(IdentificationError, match="resampled"):
         identification.frequency_response(uneven, "vm", "theta")
     even = uneven.resampled(0.001)
     assert even.sample_time == pytest.approx(0.001) and len(even) == 701 and "unevenly" in repr(uneven)

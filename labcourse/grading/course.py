@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import labcourse
 from labcourse import courses
-from labcourse.benches import FIRST_DRAW, REAL, BenchPolicy
+from labcourse.benches import REAL, BenchPolicy
 from labcourse.errors import AnswerError, ConfigurationError, GradingError
 
 if TYPE_CHECKING:  # every command imports this module, and --help should be quick
@@ -110,7 +110,7 @@ class Course:
     packages: tuple[str, ...]
     title: str = ""
     presets: tuple[str, ...] = ()
-    draw: int = FIRST_DRAW
+    draw: int | None = None
     own_seed: Callable[[str], int] | None = None
     given: Mapping[tuple[str, str], Callable[[str, BenchPolicy], Any]] = field(default_factory=dict)
     benches: Mapping[str, str] = field(default_factory=dict)

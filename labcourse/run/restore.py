@@ -109,7 +109,8 @@ def restore(folder: Path, masters: Mapping[str, Mapping[str, Any]], names: Seque
 
 def _is_same_bench(begun: dict[str, Any], installed: dict[str, Any]) -> bool:
     try:
-        return benches.policy_of(begun) == benches.policy_of(installed)
+        now = {"draw": installed.get("draw")}  # of a folder that names none
+        return benches.policy_of(now | begun) == benches.policy_of(installed)
     except ConfigurationError:
         return False
 

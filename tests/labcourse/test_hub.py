@@ -24,7 +24,7 @@ def hub(monkeypatch, tmp_path):
     monkeypatch.setenv(lab_command.SETTINGS_VARIABLE, str(tmp_path / "settings"))
     monkeypatch.setattr(lab_command, "open_jupyterlab", lambda *arguments: pytest.fail("a second JupyterLab"))
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "course.json").write_text('{"student": "", "draw": 2}')
+    (tmp_path / "course.json").write_text('{"student": ""}')
     (tmp_path / NOTEBOOK).write_bytes(saved(notebook(answer("q1", "k = 1"), locked("q1-answer", "lab.answer()"))))
 
 

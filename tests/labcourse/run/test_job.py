@@ -12,7 +12,7 @@ from labcourse import job
 from labcourse.answers.cell_reports import REPORTS_FILE, Refusal
 from labcourse.answers.schema import read_reports
 from labcourse.run import RUNNING, execute, warm
-from rotflex.hil.student_benches import student_seed
+from rotflex.hil.student_benches import DRAW, student_seed
 
 #: What a cell between the parameters and the setup does → the parameter that is reported, as it changes nothing.
 WAYS = {
@@ -53,7 +53,7 @@ def test_no_cell_changes_whose_run_it_is(tmp_path, monkeypatch, is_warm):
     monkeypatch.setattr(warm, "CAN_FORK", is_warm)
     folder, facts = tmp_path / "run", tmp_path / "facts"
     folder.mkdir()
-    (folder / "course.json").write_text('{"student": "", "draw": 2}')
+    (folder / "course.json").write_text(f'{{"student": "", "draw": {DRAW}}}')
     ways = WAYS if is_warm else ["begun for another", "no quotes"]  # a kernel takes a second
     answer = notebook(
         code("setup", f"student = bench = ''\n{SETUP}"), code("q", 'lab.answer("2.12", K_s=1.3, J_l=None)')
@@ -61,7 +61,7 @@ def test_no_cell_changes_whose_run_it_is(tmp_path, monkeypatch, is_warm):
     run = {"first.ipynb": answer} | {f"{way}.ipynb": cells(way, str(facts)) for way in ways}
     execute.run(run, folder, parameters={"student": "ada"}, imports=["import rotflex.course.lab"])
     found = [json.loads(line) for line in facts.read_text().splitlines()]
-    assert found == [["ada", "ada", student_seed("ada"), "virtual", 2, True, 1.3]] * len(ways)
+    assert found == [["ada", "ada", student_seed("ada"), "virtual", DRAW, True, 1.3]] * len(ways)
     assert sorted(path.name for path in folder.glob("answers*")) == ["answers.json"]  # nothing was put aside
     others = {way: {("student", "bob"), ("bench", "virtual:?seed=9"), WAYS[way][1]} - {None} for way in ways}
     said = {(f"{way}.ipynb", *other) for way, of_way in others.items() for other in of_way}
