@@ -19,7 +19,7 @@ from rotflex.identification import SWEEP_BAND
 from rotflex.recording import Recording
 from rotflex.units import HZ
 
-SEED = 2011
+SEED = 38
 DATA = Path(__file__).resolve().parents[1] / "data"
 
 

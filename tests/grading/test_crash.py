@@ -24,19 +24,26 @@ def fake_class(tmp_path_factory):
     return folder, source, done, time.monotonic() - begun
 
 
-def test_after_kills_at_random_moments_the_gradebook_is_that_of_an_undisturbed_run(fake_class):
+@pytest.fixture(scope="module")
+def killed(fake_class):
+    """The folder, after a grader of the class was killed and resumed."""
     folder, source, _, undisturbed = fake_class
     words = small_class.command(source, folder / "submissions", folder / "killed", "--jobs", "2")
     (folder / "scratch").mkdir()
     small_class.killed_at_work(words, folder / "scratch")
     # From before the first submission is begun to after some are done, however quick this machine is.
     small_class.killed_and_resumed(words, KILLS, longest=0.8 * undisturbed, scratch=folder / "scratch")
+    return folder
+
+
+def test_after_kills_at_random_moments_the_gradebook_is_that_of_an_undisturbed_run(killed):
+    folder = killed
     assert small_class.contents(folder / "killed") == small_class.contents(folder / "undisturbed")
     assert len(small_class.contents(folder / "undisturbed")["students"]) == SIZE
 
 
-def test_nothing_is_left_of_a_killed_grader(fake_class):
-    folder, *_ = fake_class
+def test_nothing_is_left_of_a_killed_grader(killed):
+    folder = killed
     assert any((folder / "scratch").iterdir())  # files are left behind by a program that was killed so
     lines = {one.pid: " ".join(one.info["cmdline"] or ()) for one in psutil.process_iter(["cmdline"])}
     assert not {pid: line for pid, line in lines.items() if str(folder) in line}
