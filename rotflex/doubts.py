@@ -113,7 +113,7 @@ def of_recording(time: Vector, signals: Mapping[str, Vector], metadata: Mapping[
 
 
 def _unexplained(signals: Mapping[str, Vector], dt: float, metadata: Mapping[str, Any]) -> float:
-    """Return the part of the deflection that the link's equation leaves at any frequency; 0 where it cannot be judged."""
+    """Return the part of the deflection that the link's equation leaves at any frequency; 0 if it cannot be judged."""
     if metadata.get("source", "") in _OWN or metadata.get("experiment") in _BY_HAND:
         return 0.0
     if not signals.keys() >= {"theta", "alpha", "vm"} or not link.can_be_judged(signals["alpha"], signals["vm"], dt):
