@@ -64,7 +64,7 @@ def spans(bench: TrueBench, run: int) -> Iterator[Span]:
     for window in filter(None, _WINDOWS):
         for peak in _peaks(bench, run, window):
             yield around(peak, tolerances.BY_PROGRAM, "where the sweep of your bench, windowed, has its peak")
-    # Last, for at a real bench the free swing may not have been recorded, and nothing below can be told then.
+    # This comes last: at a real bench the free swing may be missing, and without it nothing below is known.
     for omega in _decrement(bench):
         yield around(omega, tolerances.BY_PROGRAM, "what your bench's free swing tells, less the servo's part", True)
     swings = _swings(bench)

@@ -87,7 +87,8 @@ def test_what_a_single_late_sample_starts_has_died_out_after_half_a_second(name)
     volts = np.abs(runs[0]["vm"] - runs[1]["vm"])
     assert volts.max() > 0
     for angle in ("theta", "alpha"):
-        assert np.abs(runs[0][angle] - runs[1][angle])[after].max() < 2.5 * srv02().K_enc
+        counts = np.abs(runs[0][angle] - runs[1][angle])[after].max() / srv02().K_enc
+        assert counts < (2.5 if name == "sweep" else 1.5)  # in a sweep the servo sticks at each turn, a count elsewhere
 
 
 @pytest.mark.parametrize("seed", [0, 3])

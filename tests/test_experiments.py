@@ -51,8 +51,8 @@ def test_a_position_driven_sweep_peaks_at_the_natural_frequency_and_a_voltage_dr
         by_position = experiments.sweep(bench, progress=False)
         by_voltage = experiments.sweep(bench, drive="voltage", progress=False)
     assert spectrum_peak(by_position["alpha"], 0.002) == pytest.approx(true_frequency(seed), rel=0.025)
-    # By 3 to 10 % on joints as stiff as that of 1, and by more on softer ones.
-    assert spectrum_peak(by_voltage["alpha"], 0.002) > 1.03 * true_frequency(seed)
+    higher = 1.03 if true_frequency(seed) > 26.0 else 1.12  # the sweep ends soon after the peak of a stiff joint
+    assert spectrum_peak(by_voltage["alpha"], 0.002) > higher * true_frequency(seed)
 
 
 @pytest.mark.parametrize("signal", ["square", "step"])
@@ -249,5 +249,11 @@ def test_an_observer_and_a_sampled_design_control_a_bench_and_no_guard_stops_the
     with bench:
         run = experiments.follow(bench, controller, smooth_square_wave(t, 0.33, 20 * DEG, 100.0), sample_time)
     found = response.worst(response.measure(run))
-    # A gain as small as on these stiff joints leaves the servo where friction stops it.
-    assert abs(found.steady_state_error) < 2 * DEG and found.max_vm < 10 and response.swing(run) < 1.5 * DEG
+    assert found.max_vm < 10 and response.swing(run) < 1.5 * DEG
+    assert found.settling_time < 0.7 or sample_time > 0.01
+    # A long sample time leaves a small gain: where friction takes what it asks for, the servo stops.
+    plant_itself = spec.parameters
+    waves = sum(height for _number, height, _phase in plant_itself.gear)
+    friction = max(plant_itself.servo_friction) * (1 + plant_itself.stribeck) * (1 + waves)
+    stops = friction / plant_itself.torque_per_volt / K.ravel()[0] + srv02().K_enc
+    assert abs(found.steady_state_error) < stops

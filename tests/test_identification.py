@@ -118,7 +118,9 @@ def test_a_virtual_bench_gives_its_natural_frequency_whatever_drives_the_servo(s
     parameters = student_bench(seed).parameters
     truth = math.sqrt(parameters.K_s / parameters.J_l)
     found = resonance(frequency_response(recording))
-    assert found.value == pytest.approx(truth, rel=0.012)  # it reads high, see there
+    # On the stiffest joints, near the end of the sweep, it reads higher, see there.
+    assert found.value == pytest.approx(truth, rel=0.012 if truth > 26.0 else 0.005)
+    assert abs(found.value - truth) < 3 * found.uncertainty
     assert found.uncertainty < 0.005 * truth
 
 
@@ -193,7 +195,7 @@ def test_what_is_no_free_decay_is_refused():
 
 @pytest.mark.parametrize("seed", [3, 6])
 def test_a_virtual_bench_decays_at_its_natural_frequency_with_its_viscous_damping(seed):
-    """Of other benches, whose servo gives way more, it may read 1.5 % high, and the damping ratio 0.013."""
+    """The natural frequency within 1 %, the damping ratio within 0.006. The servo of some benches gives way more."""
     with hil.open(f"virtual:?seed={seed}") as bench:
         recording = experiments.free_decay(bench, progress=False)
     true = student_bench(seed).parameters

@@ -160,7 +160,7 @@ class Piece:
 
     @property
     def folder_of(self) -> str:
-        """ID of the student in whose folder it was done; "" if nothing says it.
+        """ID of the student who owns the folder that it was done in; "" if nothing says it.
 
         It is the student of its course.json. Without one, it is the first of several students in its name.
         """

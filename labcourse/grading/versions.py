@@ -162,7 +162,7 @@ class Versions:
     Parameters
     ----------
     student : ID
-    hand_ins : ID → hand-ins in order: of the student, and of each partner in whose folder some of it was done
+    hand_ins : ID → hand-ins in order: of the student, and of each partner who owns a folder that was used
     rules : what else versions depend on
     """
 

@@ -20,7 +20,8 @@ from solutions.reading_checks import frequency_of, inertia_slips, is_of_other_ar
 from solutions.true_bench import TrueBench
 
 RIGHT, FOLLOWS, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.WRONG
-#: Of all arms and many frequencies: a slow one, and one whose sweep has its peak 5 % high, with a window 14 % low.
+#: All arms, and many frequencies. One bench is slow; the peak of another one's sweep is 5 % high, or 14 % low with a
+#: window.
 STUDENTS = ("ada", "alan", "demo", "check-course", "linus", "otto")
 BENCHES = {name: TrueBench(name) for name in STUDENTS}
 

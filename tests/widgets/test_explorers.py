@@ -72,7 +72,7 @@ def test_the_sweep_explorer_shows_why_the_voltage_misleads(lab):
     by_position = explorer.spectra.peak()
     change(explorer, "drive", "voltage")
     assert control(explorer, "amplitude")["unit"] == "V" and control(explorer, "amplitude")["value"] == 0.8
-    assert explorer.spectra.peak() > 1.02 * by_position  # on joints as stiff as this one; more on softer ones
+    assert explorer.spectra.peak() > 1.1 * by_position
     assert explorer.spectra.peak("ratio") == pytest.approx(by_position, rel=0.05)
 
 
