@@ -38,6 +38,9 @@ FRICTION = 0.36
 OMEGA_N_SPREAD = 0.0076  #: the same of omega_n, relative: these logs gave 23.01, 23.04 and 22.72 rad/s
 KNOWN = 1  #: the known spread counts as so many recordings, beside those that are measured
 _COUNTS = 1.5  # of an encoder: what is left at least, because the counters of bench and twin differ
+#: times what the fit leaves of theta and alpha, on other runs: another controller lets the link swing as it did not in
+#: the recording that was fitted. With 1 for alpha, 44 of 49 drawn benches held 95 % under another controller
+_ELSEWHERE = np.array([1.0, 1.5])
 _LEAST = 1e-3  # N·m: of less friction, a relative spread says nothing
 _SMALLEST = 0.05  # of the fitted value: an inertia, the stiffness or the torque per volt of a draw
 _KNOWN = f"standard deviations of {FRICTION:.0%} in friction and {OMEGA_N_SPREAD:.1%} in omega_n are known of such rigs"
@@ -216,7 +219,7 @@ class FitResult:
         loop = Loop(
             real_array("The reference", reference, BenchError), controller, sample_time, bench, size, left, spread
         )
-        return loop.band(np.zeros(size), np.eye(size), left, progress)
+        return loop.band(np.zeros(size), np.eye(size), _ELSEWHERE * left, progress)
 
     def bench(self, uri: str = "virtual", run: int = FIRST_RUN) -> Bench:
         """A virtual bench with this plant and this delay, for all experiments.

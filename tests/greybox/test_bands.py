@@ -15,6 +15,8 @@ from rotflex.hil.controllers import OpenLoop, StateFeedback
 from rotflex.hil.student_benches import student_bench
 from rotflex.identification import Estimate
 from rotflex.recording import Recording
+from rotflex.signals import smooth_square_wave, time_axis
+from rotflex.specifications import AMPLITUDE, FREQUENCY, RATE
 from rotflex.units import DEG
 
 COUNT = 360 / 4096 * DEG
@@ -168,8 +170,9 @@ def test_a_run_with_other_friction_lies_inside_and_one_of_a_bench_that_rubs_does
     for factors in ((0.5, 0.5), (2.0, 2.0), (0.5, 2.0)):
         assert min(band(run_of(rubbing(*factors), reference))) >= 0.95
     assert band(run_of(rubbing(6.0), reference)).theta < 0.5
-    # No margin is less than what two counters differ by.
-    assert (band.alpha.upper - band.alpha.middle).min() >= 1.5 * COUNT * (1 - 1e-9)
+    # No margin is less than what two counters differ by, and alpha's half as much again, for other controllers.
+    assert (band.theta.upper - band.theta.middle).min() >= 1.5 * COUNT * (1 - 1e-9)
+    assert (band.alpha.upper - band.alpha.middle).min() >= 1.5 * 1.5 * COUNT * (1 - 1e-9)
     assert "is for a new run" in str(band) and "One recording does not tell how runs differ" in str(band)
     assert band.doubts()[0] in str(band) and band.doubts()[0] in str(result)
 
@@ -242,6 +245,21 @@ def test_an_open_loop_is_predicted_along_its_voltage(fitted):
 
 @pytest.mark.slow
 @pytest.mark.scheduled
+def test_a_run_under_another_controller_lies_inside_though_the_fit_takes_play_for_friction_of_the_link():
+    """Bench 1003: its fit finds thirty times the link's friction, and stops a swing of two counts that goes on."""
+    gain = [10.89, -12.88, 0.72, -0.236]
+    reference = smooth_square_wave(time_axis(6.0, 0.002), FREQUENCY, AMPLITUDE, RATE)
+    with hil.open("virtual", seed=1003) as bench:
+        recording = hil.loop.run(bench, StateFeedback(gain), reference, progress=False)
+    band = fit(recording, srv02(), student_bench(1003).joint, progress=False).band(
+        reference, StateFeedback(gain, "partial"), progress=False
+    )
+    with hil.open("virtual", seed=1003, run=8) as bench:
+        assert min(band(hil.loop.run(bench, StateFeedback(gain, "partial"), reference, progress=False))) >= 0.95
+
+
+@pytest.mark.slow
+@pytest.mark.scheduled
 @pytest.mark.parametrize(("seen", "other"), [("lqr", "pd"), ("pd", "lqr")])
 def test_one_log_of_a_real_bench_lies_in_the_band_of_the_other(real_log_path, seen, other):
     """Under another gain, and with half the friction one way; adapted to the first 4 s, the band is narrow."""
@@ -249,7 +267,7 @@ def test_one_log_of_a_real_bench_lies_in_the_band_of_the_other(real_log_path, se
     logs = {name: Recording.load(real_log_path.with_name(f"real_bench_{name}.mat")) for name in gains}
     result = fit(logs[seen], srv02(), joint(1), progress=False)
     band = result.band(logs[other]["theta_ref"], StateFeedback(gains[other]), progress=False)
-    assert min(band(logs[other])) >= 0.94
+    assert min(band(logs[other])) >= 0.95
     adapted = band.adapted(logs[other], 4.0, progress=False)
     assert min(adapted(logs[other])) >= 0.9
     assert max(adapted.half_width.values()) <= 0.8 * DEG
