@@ -133,6 +133,7 @@ class Code(StrEnum):
     CELL_TOO_LONG = auto()
     CELL_REPEATED = auto()
     CELL_CHANGED = auto()
+    CELL_IS_TEXT = auto()
     UNTOUCHED = auto()
     TEXT_TOO_LONG = auto()
     TEXT_OF_FEW_WORDS = auto()
@@ -189,6 +190,8 @@ class Code(StrEnum):
     MODULE_MISSING = auto()
     FILE_NOT_FOUND = auto()
     BENCH_STOPPED = auto()
+    INPUT_NEEDED = auto()
+    NONE_USED = auto()
     NEWER_PYTHON_NEEDED = auto()
     RAISED = auto()
     # why there is no answer

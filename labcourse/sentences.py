@@ -338,6 +338,10 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.CELL_TOO_LONG: "{place}its cell {cell} is left out: it has more than {most} characters.",
     Code.CELL_REPEATED: "{place}the cell {cell} is there {times} times; all of them are run, in order.",
     Code.CELL_CHANGED: _changed,
+    Code.CELL_IS_TEXT: (
+        "{place}the answer cell {cell} is a text cell now; what stands in it is run as code. Select it, press Esc and "
+        "then Y, and save: it is a code cell again."
+    ),
     Code.UNTOUCHED: "{place}nothing is written in it.",
     Code.TEXT_TOO_LONG: "{place}it has {count} characters, of which the first {most} are read; shorten it.",
     Code.TEXT_OF_FEW_WORDS: (
@@ -414,6 +418,12 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     ),
     Code.FILE_NOT_FOUND: _with(*_ERROR),
     Code.BENCH_STOPPED: _with("your bench stopped: {text}", _LINE),
+    Code.INPUT_NEEDED: _with(
+        "it asks for input", _LINE, ", as input() and a debugger do, and in a run nobody types: write the value there"
+    ),
+    Code.NONE_USED: _with(
+        *_ERROR, "; a value in it is not there yet (None or ...), or comes from a function without return"
+    ),
     Code.NEWER_PYTHON_NEEDED: _with(*_ERROR, ": it seems that this needs Python {needed}; grading runs {here}"),
     Code.RAISED: _with(*_ERROR),
     # why there is no answer
@@ -422,7 +432,9 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.BUILDS_ON_UNANSWERED: "It builds on {on}, which is not answered.",
     Code.BUILDS_ON_STOPPED: "It builds on what stopped before it: {cell_name} ({why!b}).",
     Code.LEFT_AS_IT_WAS: "There is no answer: its cell was left as it was.",
-    Code.RUN_AND_EMPTY: "There is no answer: its cell was run, and left it empty.",
+    Code.RUN_AND_EMPTY: (
+        "There is no answer: its cell was run, and left it empty. (A function without return gives None.)"
+    ),
     Code.MISSING_HERE: "It was recorded at home; {why!b}.",
     Code.NOTEBOOK_NOT_THERE: "{where} is not there, or cannot be read.",
     Code.NOTHING_LEFT: "nothing is left of it after {where} was run.",

@@ -14,6 +14,7 @@ from labcourse import clock, course_file, courses, files, job, program, student_
 from labcourse.answers import cell_reports, forms, reflection
 from labcourse.answers.answers import AnswerBook, ResultsTable, student_in
 from labcourse.answers.catalogue import Catalogue
+from labcourse.answers.json_values import is_given
 from labcourse.answers.parts import Question
 from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.words import SavedTexts
@@ -296,7 +297,7 @@ class Session:
         Parameters
         ----------
         questions : their numbers, as in ``lab.given("1.2, 1.3", speed, K)``
-        values : what the cell needs of them; None for a value that is not there yet
+        values : what the cell needs of them; None or ``...`` for a value that is not there yet
 
         Raises
         ------
@@ -304,7 +305,7 @@ class Session:
             If there is no such question.
         """
         numbers = [self.catalogue.whole.find(number.strip()).number for number in questions.split(",")]
-        if not any(value is None for value in values):
+        if all(map(is_given, values)):
             return True
         asked = [number for number in numbers if number in self.questions]
         if asked:

@@ -194,6 +194,7 @@ def test_a_cell_that_waits_says_for_which_questions_and_one_that_does_not_says_n
     assert capsys.readouterr().out == ""
     for questions, said in (("2.14", "2.14"), ("2.12,2.15", "2.12, 2.15"), ("3.5, 3.7, 3.8", "3.5, 3.7, 3.8")):
         assert not quiet().given(questions, np.eye(4), None)
+        assert not quiet().given(questions, np.eye(4), [1.0, ...])
         assert f"{said} " in capsys.readouterr().out
 
 

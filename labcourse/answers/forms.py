@@ -405,8 +405,17 @@ def _encode_function(part: Part, value: Any, probe_seed: int) -> tuple[Fields, H
         except Exception as error:  # whatever a student's function may raise is theirs to read
             message = str(error)[:_LONGEST_MESSAGE]
             raise FormError(f"calling {probe.signature} raised {type(error).__name__}: {message}") from None
+        if output is None and _is_written(value):
+            raise FormError(f"{probe.signature} gave None: end it by return, with what it should give")
+        check_given(output)
         outputs.append(probe.keep(output))
     return {"outputs": outputs}, []
+
+
+def _is_written(function: Any) -> bool:
+    """Check whether a function has more in it than a docstring, as the notebooks leave it."""
+    code = getattr(function, "__code__", None)
+    return code is not None and len(code.co_code) > len((lambda x: x).__code__.co_code)
 
 
 @runtime_checkable

@@ -33,9 +33,23 @@ class NotAnswered(AnswerError):
 
 
 def check_given(value: Any) -> None:
-    """Raise NotAnswered for None and ``...``, which notebooks have in place of an answer."""
-    if value is None or value is Ellipsis:
+    """Raise NotAnswered for what notebooks have in place of an answer (:func:`is_given`)."""
+    if not is_given(value):
         raise NotAnswered("nothing yet")
+
+
+def is_given(value: Any) -> bool:
+    """Check whether a value is there: it is not None, and holds no ``...``, however deep in lists and the like."""
+    waiting, seen = [value], set[int]()
+    while waiting:
+        item = waiting.pop()
+        if item is Ellipsis:
+            return False
+        is_array = isinstance(item, np.ndarray) and item.dtype == object
+        if (is_array or isinstance(item, list | tuple | set | dict)) and id(item) not in seen:
+            seen.add(id(item))
+            waiting += item.values() if isinstance(item, dict) else item.ravel().tolist() if is_array else item
+    return value is not None
 
 
 #: Characters that are not stored in texts: control characters, halves of surrogate pairs.

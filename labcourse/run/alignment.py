@@ -18,7 +18,7 @@ from labcourse.answers import words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE, Cell
 from labcourse.answers.parts import Question
-from labcourse.problems import Where
+from labcourse.problems import Code, Problem, Where
 
 PARAMETERS = "parameters"  #: tag of the cell after which a run puts its parameters
 OPEN = "open"  #: tag of course cells that students may change
@@ -68,6 +68,18 @@ class Change:
     cell: str
     role: Role
     kind: str = CODE
+
+    @property
+    def is_turned_code(self) -> bool:
+        """Whether an answer cell for code is a text cell now, as one key does it: its text is run."""
+        return self.what is Happened.OTHER_KIND and self.kind == CODE
+
+    @property
+    def problem(self) -> Problem:
+        """Return what there is to say about it."""
+        if self.is_turned_code:
+            return Problem.of(Code.CELL_IS_TEXT, cell=self.cell)
+        return Problem.of(Code.CELL_CHANGED, cell=self.cell, what=self.what.value, role=self.role.value)
 
 
 @dataclass(frozen=True)

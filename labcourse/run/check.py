@@ -173,7 +173,7 @@ def check(
         stops=why.stops,
         unlike=tuple(_unlike(parts, home, why)),
         notes=(
-            *(_of_changes(name, changed) for name, changed in merged.changes.items() if changed),
+            *(note for name, changed in merged.changes.items() for note in _of_changes(name, changed)),
             *work.notes,
             *([incomparable] if incomparable else []),
             *_of_versions(work.hand_in.course),
@@ -286,10 +286,12 @@ def _unlike(parts: Mapping[Where, CheckedPart], home: Mapping[str, Any], why: Re
         yield Problem.of(Code.ANSWERS_UNLIKE, answers=[*unlike])
 
 
-def _of_changes(name: str, changes: Sequence[Change]) -> Problem:
-    """Return what happened to the course's cells in a notebook."""
-    cells = [(what, ids) for what, ids in cells_by_change(changes).items() if ids]
-    return Problem.of(Code.CELLS_CHANGED, name, cells=cells, number=name.partition("_")[0])
+def _of_changes(name: str, changes: Sequence[Change]) -> Iterator[Problem]:
+    """Yield what happened to the course's cells in a notebook, and to answer cells that are text cells now."""
+    yield from (replace(change.problem, where=name) for change in changes if change.is_turned_code)
+    others = [change for change in changes if not change.is_turned_code]
+    if cells := [(what, ids) for what, ids in cells_by_change(others).items() if ids]:
+        yield Problem.of(Code.CELLS_CHANGED, name, cells=cells, number=name.partition("_")[0])
 
 
 def _of_versions(course: Mapping[str, Any]) -> Iterator[Problem]:

@@ -68,6 +68,7 @@ def run(
             RUNNING: "check",
             "TQDM_DISABLE": "1",
             "LABCOURSE_PICTURES": "off",
+            "PYTHONBREAKPOINT": "0",  # nobody is there to debug: breakpoint() does nothing
             # As where it is graded; and two processes share the processors.
             **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
         }

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from labcourse.answers.notebooks import CODE, Cell
+from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell
 from labcourse.patterns import CELL_ID
 from labcourse.run import alignment, skippable_cells
 from labcourse.run.alignment import Change, Placed, Role, source_of
@@ -73,11 +73,12 @@ def _cells(
         code = [cell for cell in master if cell["cell_type"] == CODE]
         return [_code(cell["id"], cell["source"], alignment.role_of(cell), cell) for cell in code], ()
     aligned = alignment.align(master, student)
+    turned = {change.cell for change in aligned.changes if change.is_turned_code}
     names = {cell["id"] for cell in master}
     begun: set[int] = set()  # the course's cells of which there is a piece already, which has their id
     cells = []
     for place in aligned.placed:
-        source = _source(place, master, student)
+        source = _source(place, master, student, turned)
         if source is None:
             continue
         if place.master is not None and place.master not in begun:
@@ -91,14 +92,18 @@ def _cells(
     return cells, aligned.changes
 
 
-def _source(place: Placed, master: Sequence[dict[str, Any]], student: Sequence[Cell]) -> str | None:
-    """Return what is run in a place; None if it is no code, or nothing."""
+def _source(
+    place: Placed, master: Sequence[dict[str, Any]], student: Sequence[Cell], turned: Collection[str]
+) -> str | None:
+    """Return what is run in a place; None if it is no code, or nothing. An answer turned into text is run."""
     if place.role is Role.LOCKED or (place.role is Role.OPEN and place.student is None):
         cell = master[place.master or 0]
         return source_of(cell) if cell["cell_type"] == CODE else None
-    if place.student is None or student[place.student].kind != CODE:
+    if place.student is None:
         return None
-    return student[place.student].source
+    is_turned = place.master is not None and master[place.master]["id"] in turned
+    own = student[place.student]
+    return own.source if own.kind in ((TEXT, RAW) if is_turned else (CODE,)) else None
 
 
 def _code(name: str, source: object, role: Role, template: Mapping[str, Any] | None = None) -> dict[str, Any]:

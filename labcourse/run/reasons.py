@@ -52,6 +52,7 @@ _UNDEFINED = pattern(r"name '(\w+)' is not defined")
 _NO_MODULE = pattern(r"No module named '([\w.]+)'")
 #: Errors of a cell that uses a name without a value: a name that is not defined, or is None.
 _OF_NO_VALUE = {"NameError", "TypeError", "AttributeError", "ValueError", "IndexError", "LinAlgError", "UFuncTypeError"}
+_NOTHING = pattern(r"'?(NoneType|ellipsis)\b")
 _BINDS_UNSEEN = ("import *", "%")  # in a cell's source: it may bind names that are not written in it
 _MOST = 20  # cells, and parameters, that are mentioned though they cost nothing
 
@@ -235,6 +236,10 @@ class _Maker:
             code, about = Code.MODULE_MISSING, {"module": no_module[1], "at_home": self.at_home}
         elif error.type == "LimitExceeded":
             code, about = Code.BENCH_STOPPED, {"text": text}
+        elif error.type == "StdinNotImplementedError":  # of input(), or of a debugger
+            code, about = Code.INPUT_NEEDED, {}
+        elif cell.written and error.type in ("TypeError", "AttributeError") and _NOTHING.search(text):
+            code = Code.NONE_USED
         elif error.type == "SyntaxError" and self.python > HERE:
             code = Code.NEWER_PYTHON_NEEDED
             about |= {"needed": version_text(self.python), "here": version_text(HERE)}

@@ -70,9 +70,25 @@ def test_what_a_notebook_begins_with_is_no_answer():
     nothings += [(part("2.16", "comparison"), stub) for stub in stubs]
     nothings += [(SPECTRUM, lambda x, dt, value=value: value) for value in (None, ..., (None, None))]
     nothings += [(STATE_SPACE, lambda *p: (None, None, None, None)), (A, [[None] * 4] * 4)]
+    nothings += [(K, (1.0, 2.0, ..., 4.0)), (K, {"row": [1.0, (2.0, ...)]}), (POLES, np.array([-1, ...], dtype=object))]
+    nothings += [(SPECTRUM, lambda x, dt: ([0.0, 1.0], [x[0], ...])), (SWEEP, {"alpha": [...]})]
     for wanted, nothing in nothings:
         with pytest.raises(NotAnswered):
             encode(wanted, nothing, SEED)
+
+
+def test_a_function_without_return_is_told_and_one_that_is_not_written_is_no_answer():
+    def forgotten(x, dt):
+        """Amplitudes."""
+        2 * np.abs(np.fft.rfft(x)) / len(x)
+
+    def unwritten(x, dt):
+        """Amplitudes."""
+        ...
+
+    refused(SPECTRUM, forgotten, "return")
+    with pytest.raises(NotAnswered):
+        encode(SPECTRUM, unwritten, SEED)
 
 
 @pytest.mark.parametrize(("wanted", "shape"), [(C, (4, 4)), (D, (4, 1)), (D, (4,))])

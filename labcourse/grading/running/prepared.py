@@ -95,7 +95,7 @@ def prepare(
         written = words.written(master, cells, submission.files, budget=budget)
         texts |= written.words
         problems = (*written.problems, *_too_long(cells))
-        changed = map(_changed, filter(_is_noted, merged.changes[name]))
+        changed = (change.problem for change in merged.changes[name] if _is_noted(change))
         notes = (*written.notes, *changed, *_repeated(master, cells))
         submission.problems += [replace(problem, where=name) for problem in problems]
         submission.notes += [replace(note, where=name) for note in notes]
@@ -142,11 +142,6 @@ def _is_noted(change: Change) -> bool:
     if change.role is Role.ANSWER:
         return change.kind == "code"
     return change.role is Role.LOCKED and change.what is not Happened.RENAMED
-
-
-def _changed(change: Change) -> Problem:
-    """Return a note on what happened to a cell of the course."""
-    return Problem.of(Code.CELL_CHANGED, cell=change.cell, what=change.what.value, role=change.role.value)
 
 
 def _read_cells_at_home(data: bytes, catalogue: Catalogue) -> CellIdsAtHome:

@@ -70,6 +70,7 @@ def _prepared_kernel(imports: list[str], muted: bool = True) -> Any:
         Whatever an import raises.
     """
     os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # as a kernel sets it
+    os.environ["PYTHONBREAKPOINT"] = "0"  # nobody is there to debug: breakpoint() does nothing
     if muted:
         os.environ["LABCOURSE_PICTURES"] = "off"
     gc.disable()  # nothing of this is garbage

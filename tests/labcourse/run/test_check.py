@@ -209,3 +209,49 @@ def test_another_students_answers_are_not_compared_with(folder):
     found = check(folder, MASTERS, CATALOGUE, student="bob")
     assert found.student == "bob"
     assert Problem.of(Code.HOME_ANSWERS_OF_ANOTHER, "answers.json", student="Ada") in found.notes
+
+
+# --- what was meant --------------------------------------------------------------------------------------------------
+
+SPECTRUM = 'def spectrum(x, dt):\n    """Frequencies and amplitudes."""\n    # Your code here.'
+#: One question for each thing that a student may do: number and part → what is written in its cell.
+WRITTEN = {
+    ("2.10", "spectrum"): SPECTRUM + "\n    f_hz, amplitude = [0.0, 1.0], x[:2]",
+    ("2.11", "omega_n"): "omega_n = float(input('rad/s: '))",
+    ("2.12", "J_l"): "J_l = 1\nbreakpoint()\nJ_l = 2",
+    ("2.12", "K_s"): "def doubled(x):\n    2 * x\n\n\nK_s = 1 + doubled(3)",
+}
+ONE_EACH = {
+    "01_swing.ipynb": notebook(
+        PARAMETERS,
+        SETUP,
+        *(
+            cell
+            for number, part in WRITTEN
+            for cell in (
+                answer(f"q-{part}", f"{part} = None"),
+                locked(f"q-{part}-answer", f'lab.answer("{number}", {part}={part})'),
+            )
+        ),
+    )
+}
+
+
+def test_a_forgotten_return_and_a_question_to_nobody_are_named_and_a_breakpoint_stops_nothing(folder):
+    put(folder, {f"q-{part}": source for (_number, part), source in WRITTEN.items()}, ONE_EACH)
+    found = check(folder, ONE_EACH, CATALOGUE)
+    assert states(found).pop(("2.12", "J_l")) is CheckState.RECORDED
+    why = {part.name: part.why for part in found.parts if part.state is CheckState.MISSING}
+    assert why["spectrum"].code is Code.REFUSED and "return" in why["spectrum"].parameters["why"]
+    stops = {name: why[name].parameters["why"].code for name in ("omega_n", "K_s")}
+    assert stops == {"omega_n": Code.INPUT_NEEDED, "K_s": Code.NONE_USED}
+
+
+@pytest.mark.parametrize("kind", ["markdown", "raw"])
+def test_an_answer_cell_for_code_that_became_text_is_run_and_it_is_said(folder, kind):
+    put(folder, {"q1": "omega_n = 20.0", "q2": "J_l = 1\nK_s = omega_n"})
+    edit(folder / "01_swing.ipynb", lambda cells: cells[4].update(cell_type=kind))
+    found = check(folder, MASTERS, CATALOGUE)
+    assert {states(found)[where] for where in (("2.11", "omega_n"), ("2.12", "K_s"))} == {CheckState.RECORDED}
+    assert Problem.of(Code.CELL_IS_TEXT, "01_swing.ipynb", cell="q1") in found.notes
+    assert not has(Code.CELLS_CHANGED, found.notes)
