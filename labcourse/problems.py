@@ -278,6 +278,9 @@ class Code(StrEnum):
     TEXTS_UNREAD = auto()
     MISNAMED = auto()
     NOT_THERE = auto()
+    COPY_HAS_MORE = auto()
+    CHECKPOINT_HAS_MORE = auto()
+    COPY_IS_OPEN = auto()
     # a check at home
     HOME_ANSWERS_UNREAD = auto()
     HOME_ANSWERS_ABSENT = auto()

@@ -525,6 +525,18 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.TEXTS_UNREAD: "{where} could not be read for answers in words: {why!b}.",
     Code.MISNAMED: _misnamed,
     Code.NOT_THERE: "{files} {files:is|are} not there. ({command} restore NAME gives a new one.)",
+    Code.COPY_HAS_MORE: (
+        "{file}, a copy, has more written in it than {where}, and only {where} is checked. To go on with the copy, "
+        "close both, delete {where}, and rename {file} to {where}."
+    ),
+    Code.CHECKPOINT_HAS_MORE: (
+        "{where} is empty, and its checkpoint has answers. Open {where}, choose File → Revert Notebook to Checkpoint…, "
+        "and save it."
+    ),
+    Code.COPY_IS_OPEN: (
+        "This is {file}, a copy. Check and Submit read only {where}: go on there; or close both, delete {where}, and "
+        "rename this one to {where}."
+    ),
     # a check at home
     Code.HOME_ANSWERS_UNREAD: "There is nothing to compare with: {where} cannot be read. {error}",
     Code.HOME_ANSWERS_ABSENT: (

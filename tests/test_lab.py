@@ -10,6 +10,9 @@ import pytest
 
 import rotflex.course.lab
 from labcourse.errors import AnswerError, ConfigurationError
+from labcourse.problems import Code, Problem
+from labcourse.run import place
+from labcourse.sentences import sentence
 from rotflex import errors, experiments
 from rotflex.config import srv02
 from rotflex.course.probes import COMPOUND_SINES
@@ -217,3 +220,13 @@ def test_a_course_of_the_laboratorys_benches_is_rehearsed_with_a_twin_and_other_
         experiments.tracking(bench, [18.24, -17.15, 1.59, 0.63], duration=0.5, progress=False)
     assert "not kept" in capsys.readouterr().out
     assert len(lab.recordings.paths) == 1
+
+
+@pytest.mark.parametrize(
+    ("opened", "is_copy"), [("02_finding_stiffness.ipynb", False), ("02_finding_stiffness-Copy1.ipynb", True)]
+)
+def test_the_bar_of_a_copy_stands_where_its_original_does_and_says_so(folder, monkeypatch, opened, is_copy):
+    monkeypatch.setenv(place.SESSION, f"work/{opened}")
+    here, original = place.here(folder, CATALOGUE), "02_finding_stiffness.ipynb"
+    assert here.name == original and {"2.11", "2.12"} <= here.cells.keys()
+    assert (here.line == sentence(Problem.of(Code.COPY_IS_OPEN, original, file=opened))) is is_copy

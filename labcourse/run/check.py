@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -143,9 +143,11 @@ def check(
     begun = time.monotonic()
     work = student_folder.read(folder, list(masters), notebooks.packages_of(masters), catalogue)
     student = student_folder.student_of(work, student)
+    elsewhere = [*student_folder.work_elsewhere(work, masters)]
     merged = merge.merged(masters, work.hand_in.notebooks)
     data, reports = _run(work, merged, student, masters, cell_timeout, report)
     (run, unreadable), (home, incomparable) = _parsed(data), _at_home(work, student)
+    unread = [Problem.of(Code.ANSWERS_UNREAD, error=unreadable)] if unreadable else []
     given = {*answers.by_part(run)}
     seconds = cell_timeout if time.monotonic() - begun > cell_timeout else None  # else nothing can have run so long
     limits: dict[str, Any] = {"handed_in": work.hand_in.notebooks, "seconds": seconds, "at_home": True}
@@ -169,9 +171,9 @@ def check(
         student,
         folder,
         tuple(parts.values()),
-        problems=(*work.problems, *([Problem.of(Code.ANSWERS_UNREAD, error=unreadable)] if unreadable else [])),
+        problems=(*work.problems, *elsewhere, *unread),
         stops=why.stops,
-        unlike=tuple(_unlike(parts, home, why)),
+        unlike=tuple(_unlike(parts, home, why, {problem.where for problem in elsewhere})),
         notes=(
             *(note for name, changed in merged.changes.items() for note in _of_changes(name, changed)),
             *work.notes,
@@ -273,12 +275,18 @@ def _is_number(value: Any) -> bool:
 # --- what else is worth knowing ---------------------------------------------------------------------------------------
 
 
-def _unlike(parts: Mapping[Where, CheckedPart], home: Mapping[str, Any], why: Reasons) -> Iterator[Problem]:
-    """Yield what to do about answers of a cell that the saved notebooks do not give, though nothing stopped."""
+def _unlike(
+    parts: Mapping[Where, CheckedPart], home: Mapping[str, Any], why: Reasons, elsewhere: Collection[str]
+) -> Iterator[Problem]:
+    """Yield what to do about answers of a cell that the saved notebooks do not give, though nothing stopped.
+
+    Of the notebooks ``elsewhere``, another file has the answers, which is said already.
+    """
     cells = home.get("cells", {})
     unlike = {
         f"{part.question} in {part.notebook}": None
         for where, part in parts.items()
+        if part.notebook not in elsewhere
         if part.state is CheckState.DIFFERENT
         or (part.state is CheckState.MISSING and cells.get(part.question, {}).get(part.name) and where not in why.roots)
     }

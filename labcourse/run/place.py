@@ -15,8 +15,10 @@ from labcourse import courses
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE
 from labcourse.errors import ConfigurationError
+from labcourse.problems import Code, Problem
 from labcourse.run import from_notebook, skippable_cells
 from labcourse.run.alignment import recorded, source_of
+from labcourse.sentences import sentence
 
 SESSION = "JPY_SESSION_NAME"  #: environment variable: the notebook's path, set by the server that starts its kernel
 _QUESTION = re.compile(r"(?<![\w.])\d+\.\d+(?=[,:;)]|  | first|$)", re.MULTILINE)  # and no value with its unit
@@ -28,7 +30,9 @@ _Beside = tuple[str, str] | None  # file name and title of a notebook
 
 @dataclass(frozen=True)
 class NotebookPlace:
-    """A notebook's place in its course. All is empty if the notebook is not known, or is none of the course's.
+    """A notebook's place in its course; of a copy, that of its original, and the line says so.
+
+    All is empty if the notebook is not known, or is none of the course's.
 
     Attributes
     ----------
@@ -59,7 +63,8 @@ def here(folder: Path, catalogue: Catalogue) -> NotebookPlace:
         paths = sorted(courses.current().notebooks.glob("*.ipynb"))
     except ConfigurationError:
         return NotebookPlace()
-    at = next((at for at, path in enumerate(paths) if path.name == PurePath(os.environ.get(SESSION, "")).name), None)
+    opened = PurePath(os.environ.get(SESSION, "")).name
+    at = next((at for at, path in enumerate(paths) if path.stem in opened), None)
     if at is None:
         return NotebookPlace()
     own, beside = paths[at], (paths[n] if 0 <= n < len(paths) else None for n in (at - 1, at + 1))
@@ -72,7 +77,10 @@ def here(folder: Path, catalogue: Catalogue) -> NotebookPlace:
             if entry.question in catalogue.everything:
                 builds |= dict.fromkeys(waiting, entry.question)
             waiting = []
-    return NotebookPlace(own.name, f"{at + 1} of {len(paths)} · {_title(own)}", before, after, _recording(own), builds)
+    line = f"{at + 1} of {len(paths)} · {_title(own)}"
+    if opened != own.name:
+        line = sentence(Problem.of(Code.COPY_IS_OPEN, own.name, file=opened))
+    return NotebookPlace(own.name, line, before, after, _recording(own), builds)
 
 
 def _cells(path: Path) -> list[dict[str, Any]]:

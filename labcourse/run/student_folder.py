@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import contextlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, ConfigurationError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.problems import Code, Problem
+from labcourse.run.alignment import count_changed
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,28 @@ def read(
     return StudentFolder(folder, HandIn(cells, own, claim, course, reports), tuple(problems), tuple(notes))
 
 
+def work_elsewhere(work: StudentFolder, masters: Mapping[str, Mapping[str, Any]]) -> Iterator[Problem]:
+    """Yield a problem for each file in which more is written than in the notebook that counts.
+
+    It is a copy under a name of its own, or, beside an empty notebook, JupyterLab's checkpoint.
+
+    Parameters
+    ----------
+    work : as it was read
+    masters : file name → notebook as released
+    """
+    for name, cells in work.hand_in.notebooks.items():
+        master, stem = masters[name]["cells"], Path(name).stem
+        written = count_changed(master, cells)
+        checkpoint = work.folder / ".ipynb_checkpoints" / f"{stem}-checkpoint.ipynb"
+        for path in (*sorted(work.folder.glob(f"*{stem}*.ipynb")), *([] if written else [checkpoint])):
+            with contextlib.suppress(OSError, NotebookError):
+                copied = Notebook.without_outputs(files.read(path)).cells
+                if own_files.BACKUP not in path.name and count_changed(master, copied) > written:
+                    code = Code.CHECKPOINT_HAS_MORE if path == checkpoint else Code.COPY_HAS_MORE
+                    yield Problem.of(code, name, file=files.shown(path.name))
+
+
 def _read_file(path: Path, problems: list[Problem]) -> bytes | None:
     """Return the content of a file; None if it is not there, or cannot be read, which is added to the problems."""
     try:
@@ -95,7 +119,7 @@ def _not_there(folder: Path, absent: Sequence[str]) -> Iterator[Problem]:
     """Yield a problem for each missing notebook for which there are files that may be it, and one for all others."""
     others = []
     for name in absent:
-        similar = folder.glob(f"{name.partition('_')[0]}*.ipynb")
+        similar = {*folder.glob(f"{name.partition('_')[0]}*.ipynb"), *folder.glob(f"{Path(name).stem}*.json")}
         if names := sorted(files.shown(path.name) for path in similar if own_files.BACKUP not in path.name):
             yield Problem.of(Code.MISNAMED, name, similar=names)
         else:

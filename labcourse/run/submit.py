@@ -6,7 +6,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -84,6 +84,7 @@ def submit(
     if folder.resolve() in (out, *out.parents):
         raise CheckError("The zip cannot lie in the folder that is packed: choose another place by --out.")
     time = now or clock.now()
+    work = replace(work, problems=(*work.problems, *student_folder.work_elsewhere(work, masters)))
     content, receipt = _content(work, student, _partners(partners or work.hand_in.course.get("with", ()), student))
     receipt |= {"time": time.astimezone(UTC).isoformat(timespec="seconds"), "checked": checked is not None}
     questions = checked.questions if checked else {}
@@ -103,7 +104,7 @@ def submit(
         *(f"Report     {sentence(pdf.note)}" for pdf in pdfs),
         *of_questions,
         *(f"Note       {note}" for note in receipt["notes"]),
-        f"Upload     {target}: this one file is all that you hand in.{again}",
+        f"Upload     {files.shown(target)}: this one file is all that you hand in.{again}",
     )
     packed = {**content, own_files.RECEIPT_FILE: _json(receipt, indent=1)}
     try:

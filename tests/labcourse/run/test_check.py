@@ -9,9 +9,10 @@ from made_notebooks import ANSWER, answer, code, locked, notebook, saved, text
 
 from labcourse.answers.answers import AnswerBook
 from labcourse.problems import Code, Problem, has
-from labcourse.run import commands
+from labcourse.run import commands, student_folder
 from labcourse.run.check import Checked, CheckedPart, CheckState, check
 from labcourse.run.portability import HERE, version_text
+from labcourse.run.submit import submit
 from labcourse.sentences import sentence
 from rotflex.course.questions import CATALOGUE
 from rotflex.hil.student_benches import student_seed
@@ -255,3 +256,43 @@ def test_an_answer_cell_for_code_that_became_text_is_run_and_it_is_said(folder, 
     assert {states(found)[where] for where in (("2.11", "omega_n"), ("2.12", "K_s"))} == {CheckState.RECORDED}
     assert Problem.of(Code.CELL_IS_TEXT, "01_swing.ipynb", cell="q1") in found.notes
     assert not has(Code.CELLS_CHANGED, found.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("01_swing-Copy1.ipynb", Code.COPY_HAS_MORE),
+        ("Kopie von 01_swing (2).ipynb", Code.COPY_HAS_MORE),
+        (".ipynb_checkpoints/01_swing-checkpoint.ipynb", Code.CHECKPOINT_HAS_MORE),
+    ],
+)
+def test_answers_in_a_copy_or_a_checkpoint_beside_an_empty_notebook_are_found(folder, name, code):
+    put(folder, GOOD)
+    recorded_at_home(folder, RECORDED)
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / "01_swing.ipynb").rename(folder / name)
+    (folder / "01_swing.ipynb").write_bytes(saved(MASTERS["01_swing.ipynb"]))
+    (folder / "01_swing.before-restore.ipynb").write_bytes((folder / name).read_bytes())
+    (problem,) = check(folder, MASTERS, CATALOGUE).advice  # and not that the notebook should be saved
+    assert problem == Problem.of(code, "01_swing.ipynb", file=Path(name).name)
+    receipt = submit(folder, MASTERS, CATALOGUE).receipt
+    assert sentence(problem) in receipt["notes"]
+
+
+def test_a_copy_or_a_checkpoint_with_no_more_in_it_is_not_spoken_of(folder):
+    put(folder, GOOD)
+    (folder / "01_swing-Copy1.ipynb").write_bytes((folder / "01_swing.ipynb").read_bytes())
+    (folder / ".ipynb_checkpoints").mkdir()
+    (folder / ".ipynb_checkpoints" / "01_swing-checkpoint.ipynb").write_bytes((folder / "01_swing.ipynb").read_bytes())
+    edit(folder / "01_swing.ipynb", lambda cells: cells.append(code("mine", "2 + 2")))
+    edit(folder / "01_swing-Copy1.ipynb", lambda cells: cells[4].update(source="omega_n = 21.0"))
+    work = student_folder.read(folder, list(MASTERS))
+    assert [*student_folder.work_elsewhere(work, MASTERS)] == []
+
+
+def test_a_notebook_that_was_saved_as_json_is_named(folder):
+    put(folder, GOOD)
+    (folder / "01_swing.ipynb").rename(folder / "01_swing.json")
+    (folder / "01_table.json").write_text("{}")  # of the student's
+    work = student_folder.read(folder, list(MASTERS))
+    assert work.problems == (Problem.of(Code.MISNAMED, "01_swing.ipynb", similar=["01_swing.json"]),)

@@ -1,6 +1,8 @@
 """Work packed to be handed in, and its receipt."""
 
 import json
+import os
+import sys
 import zipfile
 from datetime import UTC, datetime
 from pathlib import Path
@@ -126,3 +128,12 @@ def test_large_outputs_are_left_out_and_told_and_small_ones_stay(folder):
     assert [cell["source"] for cell in slimmed["cells"]] == [cell["source"] for cell in own["cells"]]
     (folder / NAME).write_bytes(saved(own))
     assert any("1 cell " in line for line in pack(folder).lines)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere, names of folders are Unicode")
+def test_a_folder_with_a_name_that_is_no_utf8_is_packed_with_a_receipt(folder):
+    work = folder.parent / os.fsdecode(b"R\xe9gulation") / "work"
+    work.parent.mkdir()
+    done = pack(folder.rename(work))
+    assert content(done.path).keys() == {NAME, "answers.json", "course.json", "helpers.py", "receipt.json"}
+    assert done.receipts.read_text(encoding="utf-8") == "\n".join([*done.lines, "", ""])
