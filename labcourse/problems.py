@@ -142,6 +142,7 @@ class Code(StrEnum):
     TEXT_BELOW = auto()
     TEXT_ABOVE = auto()
     TEXT_IN_PLACE = auto()
+    TEXT_IN_QUESTION = auto()
     TEXT_BESIDE_NOT_READ = auto()
     TEXT_COPIES_DIFFER = auto()
     PICTURE_LEFT_OUT = auto()

@@ -352,6 +352,9 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.TEXT_BELOW: "{place}taken from an added cell just below the answer cell, which is empty.",
     Code.TEXT_ABOVE: "{place}taken from an added cell just above the answer cell, which is empty.",
     Code.TEXT_IN_PLACE: "{place}taken from an added cell where the answer cell is missing.",
+    Code.TEXT_IN_QUESTION: (
+        "{place}taken from the course's text above the answer cell, which is empty. Move it into the answer cell."
+    ),
     Code.TEXT_BESIDE_NOT_READ: (
         "{place}nothing is written in its cell; an added cell beside it is not read as the answer."
     ),
@@ -413,7 +416,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.MODULE_MISSING: _with(
         "{module} is not installed ",
         _if("at_home", "here", "where grading runs"),
-        ", and no file of that name was found",
+        ", and no file of that name was found beside the notebooks",
         _LINE,
     ),
     Code.FILE_NOT_FOUND: _with(*_ERROR),

@@ -211,6 +211,7 @@ class _Places:
 
     def __init__(self, masters: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> None:
         self._order = [_id(master) for master in masters]
+        self._masters = {_id(master): master for master in masters}
         self.asked = {where: master for master in masters if (where := where_of(master)) is not None}
         self._answers = {_id(master): master for master in self.asked.values()}
         self._runs = [_Run("")]
@@ -232,6 +233,8 @@ class _Places:
             notes.append(Problem.of(Code.TEXT_ALSO_BELOW if filled else Code.TEXT_BELOW))
         elif not filled and (below := _texts(self._above(_id(master), own, before))):
             notes.append(Problem.of(Code.TEXT_ABOVE if own else Code.TEXT_IN_PLACE))
+        elif not filled and (below := self._in_question(_id(master))):
+            notes.append(Problem.of(Code.TEXT_IN_QUESTION))
         elif not filled and any(map(_may_be_words, [*before.added, *(own[-1].added if own else [])])):
             notes.append(Problem.of(Code.TEXT_BESIDE_NOT_READ))
         return [*filled, *below], notes
@@ -259,6 +262,18 @@ class _Places:
         later = self._order[self._order.index(before.owner) + 1 if before.owner else 0 :]
         missing = itertools.takewhile(lambda other: other not in self._last, later)
         return before.added if [other for other in missing if other in self._answers] == [name] else []
+
+    def _in_question(self, name: str) -> list[Cell]:
+        """Find what was added to the course's text just before an answer cell, if all of that text is still there."""
+        question = self._masters[self._order[max(self._order.index(name) - 1, 0)]]
+        given = source_of(question).strip()
+        if question.get("cell_type") != TEXT or where_of(question) or not given or _id(question) not in self._last:
+            return []
+        pieces = self._last[_id(question)].pieces
+        source = "\n".join(cell.source for cell in pieces)
+        if not all(line.strip() in source for line in given.split("\n")):
+            return []
+        return _texts([replace(pieces[0], source=without_stub(source, question))])
 
 
 def _texts(cells: Iterable[Cell]) -> list[Cell]:

@@ -34,7 +34,7 @@ def version_text(python: Version) -> str:
 
 
 def not_packed(source: str, folder: Path, packed: Collection[str]) -> Iterator[str]:
-    """Yield names in a source of files that exist at home, and that are not handed in.
+    """Yield names in a source of files at home that are not handed in, and of such modules beside the folder.
 
     Parameters
     ----------
@@ -47,6 +47,9 @@ def not_packed(source: str, folder: Path, packed: Collection[str]) -> Iterator[s
             name = posixpath.normpath(unicodedata.normalize("NFC", node.value))
             if name not in packed and os.path.isfile(folder / node.value):
                 yield node.value
+    own = [name for name in imported(source) if f"{name}.py" not in packed and (folder.parent / f"{name}.py").is_file()]
+    installed = importlib.metadata.packages_distributions() if own else ()
+    yield from (f"../{name}.py" for name in own if name not in (*sys.stdlib_module_names, *installed))
 
 
 def foreign(sources: Iterable[str], own: Iterable[str], packages: Collection[str]) -> list[str]:

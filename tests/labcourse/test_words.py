@@ -305,3 +305,12 @@ def test_a_photograph_stands_upright_and_a_transparent_picture_is_on_white():
     upright, white = (Image.open(io.BytesIO(data)) for data in found.values())
     assert upright.size == (40, 60)
     assert white.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+
+
+def test_what_is_added_to_the_text_of_the_question_is_the_answer_if_its_cell_is_empty_and_else_is_not():
+    stub, typed = why(f"{HEADING}\n\n{STUB}"), cell("## Question 1.1\n\nIt bends.", "text", grade_id="grade-text")
+    found = words.written(MASTER, pristine(text=typed, why=stub))
+    assert (found.words, found.notes) == ({WHY: TextAnswer("It bends.")}, [of_why(Code.TEXT_IN_QUESTION)])
+    assert texts(pristine(text=typed, why=why("It breaks."))) == {WHY: "It breaks."}
+    other = cell("## Question 1\n\nIt bends.", "text", grade_id="grade-text")  # of another release, perhaps
+    assert texts(pristine(text=other, why=stub)) == {}

@@ -61,3 +61,7 @@ def test_files_that_are_at_home_only(tmp_path):
         (work / name).touch()
     source = "np.load('mine.npz'); open('./mine.npz'); open('large.csv'); p = '../outside.npz'; open('no', '.')"
     assert {*not_packed(source, work, {"mine.npz"})} == {"large.csv", "../outside.npz"}
+    for name in ("helper", "pandas", "json", "packed"):
+        (tmp_path / f"{name}.py").touch()
+    imports = "import helper.sub, pandas, json, packed, numpy"
+    assert [*not_packed(imports, work, {"packed.py"})] == ["../helper.py"]
