@@ -302,22 +302,30 @@ class _Reader:
                 continue
             if (name := _most_alike(notebook.cells, self.masters)) and name in missing:
                 missing.remove(name)
-                self._missing.remove(name)
-                self._used.add(path)
-                self._add_notebook(name, notebook)
-                self.submission.notes.append(Problem.of(Code.TAKEN_BY_CELLS, name, file=path))
+                self._take(name, path, notebook, Code.TAKEN_BY_CELLS)
         if missing:
             self._note_files(Code.NOT_RECOGNISED, [path for path in others if path not in self._used])
 
+    def _take(self, name: str, path: str, notebook: Notebook, code: Code) -> None:
+        """Take a file for a missing notebook, and note it."""
+        self._missing.remove(name)
+        self._used.add(path)
+        self._add_notebook(name, notebook)
+        self.submission.notes.append(Problem.of(code, name, file=path))
+
     def _explain_missing(self) -> None:
-        """Record for each missing notebook the unused files of its name with another ending, as the reason.
+        """Take a missing notebook from a file of its name that ends in .json; record other such files as the reason.
 
         Add a fault if any notebook is missing and an archive that is not read lies there.
         """
         unused = [path for path in self._piece.files if path not in self._used]
-        for name in self._missing if self.masters else ():
+        for name in [*self._missing] if self.masters else []:
             stem = name.casefold().removesuffix(".ipynb")
-            if instead := [path for path in unused if PurePosixPath(path.casefold()).stem == stem]:
+            instead = [path for path in unused if PurePosixPath(path.casefold()).stem == stem]
+            as_json = next((path for path in instead if path.casefold().endswith(".json")), "")
+            if as_json and isinstance(notebook := self._notebook(as_json), Notebook):
+                self._take(name, as_json, notebook, Code.TAKEN_BY_NAME)
+            elif instead:
                 self.submission.unread[name] = Problem.of(Code.NO_NOTEBOOK_IN_PLACE, name, **named(instead))
         packed = [*filter(archives.is_other_archive, self._piece.files)]
         if packed and self._missing and not self._piece.trouble:

@@ -116,3 +116,14 @@ def test_a_program_in_place_of_a_notebook_is_named_and_comes_along(tmp_path):
     why = Problem.of(Code.NO_NOTEBOOK_IN_PLACE, B, files=[B.replace(".ipynb", ".py")])
     assert problem == Problem.of(Code.NOTEBOOK_UNREAD, B, why=why)
     assert {item.name for item in contents.items} == {A, C, B.replace(".ipynb", ".py")}
+
+
+def test_a_notebook_that_was_saved_as_json_is_taken_and_other_data_of_its_name_is_not(tmp_path):
+    as_json = {name: name.replace(".ipynb", ".json") for name in (A, B)}
+    lay(tmp_path / "ada", {as_json[A]: ANSWERED, as_json[B]: b'{"omega_n": 21}', C: notebook(C)})
+    contents = read(tmp_path)
+    assert [note for note in contents.notes if note.code is Code.TAKEN_BY_NAME] == [
+        Problem.of(Code.TAKEN_BY_NAME, A, file=as_json[A])
+    ]
+    assert {item.name for item in contents.items} == {A, C, as_json[B]}
+    assert [*contents.unread] == [B]
