@@ -224,7 +224,9 @@ class Reflection:
         """Describe the result, a line for each question to the student."""
         if self.asked:
             more = " Begin with the first: others may go away with it." if self.asked[1:] else ""
-            yield f"{number_of(len(self.asked), 'question')}, from your own answers alone.{more}"
+            agreed = self.compared - len(self.asked)
+            well = f"In {agreed} of {number_of(self.compared, 'comparison')}, your answers agree. " if agreed else ""
+            yield f"{well}{number_of(len(self.asked), 'question')}, from your own answers alone.{more}"
             for numbers, text in self.asked:
                 yield f"  {', '.join(numbers)}: {text}"
         elif self.compared:

@@ -42,7 +42,7 @@ def test_what_does_not_go_together_is_asked_with_the_numbers_of_its_questions():
     assert lacking == Reflection(missing={A: None, C: None})
     assert (unclear.compared, [*unclear.unclear]) == (2, ["1.1"])
     for reflection, fragments in (
-        (said, ["2 questions", "  1.1, 1.2: Is 3 smaller than 2?", "  1.2, 2.1: Is 2 smaller than 1?"]),
+        (said, ["In 1 of 3 comparisons", "  1.1, 1.2: Is 3 smaller than 2?", "  1.2, 2.1: Is 2 smaller than 1?"]),
         (agreeing, ["(3 comparisons)"]),
         (lacking, [": 1.1 a, 2.1 c."]),
         (found(a=1, b=2), ["(2 comparisons)", ": 2.1 c."]),

@@ -105,6 +105,7 @@ def test_all_that_is_there_is_found_with_helper_cells_own_files_and_words(folder
     }
     assert found.good and (found.advice, found.notes) == ((), ())
     assert found.summary == "All there: 3 questions." and begun == list(MASTERS)
+    assert "4 results and 1 text" in "\n".join(commands.lines(found))
     assert {path: path.read_bytes() for path in folder.iterdir()} == before  # nothing of the student's is touched
 
 
