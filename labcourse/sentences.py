@@ -155,15 +155,6 @@ def _changed(problem: Problem) -> str:
     return "{place}the course's cell {cell} was {what}; it is run as the course has it."
 
 
-def _misnamed(problem: Problem) -> str:
-    places = range(len(problem.parameters.get("similar", [])))
-    names = " or ".join(f"{{similar[{place}]}}" for place in places) or "{similar}"
-    return (
-        f"{{where}} is not there. (Is it {names}? Then give it its name again. Else {{command}} restore {{where}} "
-        "gives a new one.)"
-    )
-
-
 def _cells_changed(problem: Problem) -> str:
     """Say what happened to the course's cells of a notebook, and how to have them back."""
     places = range(len(problem.parameters.get("cells", [])))
@@ -338,29 +329,18 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.CELL_TOO_LONG: "{place}its cell {cell} is left out: it has more than {most} characters.",
     Code.CELL_REPEATED: "{place}the cell {cell} is there {times} times; all of them are run, in order.",
     Code.CELL_CHANGED: _changed,
-    Code.CELL_IS_TEXT: (
-        "{place}the answer cell {cell} is a text cell now; what stands in it is run as code. Select it, press Esc and "
-        "then Y, and save: it is a code cell again."
-    ),
+    Code.CELL_IS_TEXT: "{place}the answer cell {cell} is a text cell; it is run as code. Esc, then Y, makes it code.",
     Code.UNTOUCHED: "{place}nothing is written in it.",
     Code.TEXT_TOO_LONG: "{place}it has {count} characters, of which the first {most} are read; shorten it.",
-    Code.TEXT_OF_FEW_WORDS: (
-        "{place}it is {count} {count:word|words} long: is that all that you want to say? A person reads it."
-    ),
+    Code.TEXT_OF_FEW_WORDS: "{place}it is {count} {count:word|words} long: is that all? A person reads it.",
     Code.TEXT_IN_OTHER_KIND: "{place}written in a cell that is no text cell any more.",
     Code.TEXT_ALSO_BELOW: "{place}with the text of an added cell just below the answer cell.",
     Code.TEXT_BELOW: "{place}taken from an added cell just below the answer cell, which is empty.",
     Code.TEXT_ABOVE: "{place}taken from an added cell just above the answer cell, which is empty.",
     Code.TEXT_IN_PLACE: "{place}taken from an added cell where the answer cell is missing.",
-    Code.TEXT_IN_QUESTION: (
-        "{place}taken from the course's text above the answer cell, which is empty. Move it into the answer cell."
-    ),
-    Code.TEXT_BESIDE_NOT_READ: (
-        "{place}nothing is written in its cell; an added cell beside it is not read as the answer."
-    ),
-    Code.TEXT_COPIES_DIFFER: (
-        "{place}there are {count} copies of its cell that differ; all are read, one after the other."
-    ),
+    Code.TEXT_IN_QUESTION: "{place}taken from the text above the answer cell, which is empty; move it into that cell.",
+    Code.TEXT_BESIDE_NOT_READ: "{place}its cell is empty; an added cell beside it is not read as the answer.",
+    Code.TEXT_COPIES_DIFFER: "{place}{count} copies of its cell differ; all are read, one after the other.",
     Code.PICTURE_LEFT_OUT: "{place}the picture {picture!q} is left out: {why!b}.",
     Code.TOO_MANY_PICTURES: "{place}more than {most} pictures: the first {most} are shown.",
     Code.PICTURE_NOT_IN_CELL: "it is not in the cell; paste it again.",
@@ -421,12 +401,8 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     ),
     Code.FILE_NOT_FOUND: _with(*_ERROR),
     Code.BENCH_STOPPED: _with("your bench stopped: {text}", _LINE),
-    Code.INPUT_NEEDED: _with(
-        "it asks for input", _LINE, ", as input() and a debugger do, and in a run nobody types: write the value there"
-    ),
-    Code.NONE_USED: _with(
-        *_ERROR, "; a value in it is not there yet (None or ...), or comes from a function without return"
-    ),
+    Code.INPUT_NEEDED: _with("it asks for input", _LINE, "; in a run, nobody types: write the value into the cell"),
+    Code.NONE_USED: _with(*_ERROR, "; a value in it is missing (None or ...), as after a function without return"),
     Code.NEWER_PYTHON_NEEDED: _with(*_ERROR, ": it seems that this needs Python {needed}; grading runs {here}"),
     Code.RAISED: _with(*_ERROR),
     # why there is no answer
@@ -435,9 +411,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.BUILDS_ON_UNANSWERED: "It builds on {on}, which is not answered.",
     Code.BUILDS_ON_STOPPED: "It builds on what stopped before it: {cell_name} ({why!b}).",
     Code.LEFT_AS_IT_WAS: "There is no answer: its cell was left as it was.",
-    Code.RUN_AND_EMPTY: (
-        "There is no answer: its cell was run, and left it empty. (A function without return gives None.)"
-    ),
+    Code.RUN_AND_EMPTY: "There is no answer: its cell was run, and left it empty. (Is a return missing?)",
     Code.MISSING_HERE: "It was recorded at home; {why!b}.",
     Code.NOTEBOOK_NOT_THERE: "{where} is not there, or cannot be read.",
     Code.NOTHING_LEFT: "nothing is left of it after {where} was run.",
@@ -522,30 +496,26 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     # a student's folder
     Code.REPORT_NOT_HANDED_IN: "{where} is not handed in: {why!b}.",
     Code.LOOKS_LIKE_REPORT: (
-        "{where} comes along as a file of your own. If it is your report, hand it in as that: "
-        'lab.report("NAME OF THE REPORT", pdf="{where}").'
+        '{where} is a file of your own. Is it your report? Then run lab.report("NAME OF THE REPORT", pdf="{where}").'
     ),
     Code.TEXTS_UNREAD: "{where} could not be read for answers in words: {why!b}.",
-    Code.MISNAMED: _misnamed,
+    Code.MISNAMED: (
+        "{where} is not there. (Is it {similar!l}? Then give it its name again. Else {command} restore {where} gives a "
+        "new one.)"
+    ),
     Code.NOT_THERE: "{files} {files:is|are} not there. ({command} restore NAME gives a new one.)",
     Code.COPY_HAS_MORE: (
-        "{file}, a copy, has more written in it than {where}, and only {where} is checked. To go on with the copy, "
-        "close both, delete {where}, and rename {file} to {where}."
+        "{file}, a copy, has more in it than {where}, which alone is checked. Delete that, and give the copy its name."
     ),
     Code.CHECKPOINT_HAS_MORE: (
-        "{where} is empty, and its checkpoint has answers. Open {where}, choose File → Revert Notebook to Checkpoint…, "
-        "and save it."
+        "{where} is empty, and its checkpoint has answers: open it, and choose File → Revert Notebook to Checkpoint…."
     ),
     Code.COPY_IS_OPEN: (
-        "This is {file}, a copy. Check and Submit read only {where}: go on there; or close both, delete {where}, and "
-        "rename this one to {where}."
+        "This is {file}, a copy; only {where} is checked. Go on there, or delete it and give this one its name."
     ),
     # a check at home
     Code.HOME_ANSWERS_UNREAD: "There is nothing to compare with: {where} cannot be read. {error}",
-    Code.HOME_ANSWERS_ABSENT: (
-        "There is no {where} here: nothing was recorded on the page. That costs no points, for your notebooks are run "
-        "anew. But what they answer then cannot be compared with what you saw."
-    ),
+    Code.HOME_ANSWERS_ABSENT: "There is no {where} to compare the run with. That costs no points: only the run counts.",
     Code.HOME_ANSWERS_OF_ANOTHER: "{where} has the answers of {student!q}. Nothing is compared with them.",
     Code.ANSWERS_UNLIKE: (
         "Your notebooks, as they are saved and run from the first cell to the last, do not give what is on your page: "
@@ -557,31 +527,20 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "This folder was begun with release {begun} of the course, and is checked with {here}, which is installed. "
         "Start {command} lab once more: it brings the folder to that release, and touches no answer."
     ),
-    Code.OLDER_PYTHON_GRADES: (
-        "Your Python is {here}, and Python {there} grades: a cell with newer syntax than that stops there."
-    ),
-    Code.MODULE_NOT_OF_COURSE: (
-        "{module} does not come with the course: it may be missing where your work is graded. Ask your instructor, or "
-        "do without it."
-    ),
+    Code.OLDER_PYTHON_GRADES: "Your Python is {here}, and Python {there} grades: it knows no newer syntax.",
+    Code.MODULE_NOT_OF_COURSE: "{module} is not of the course, and may be missing in grading: ask, or do without it.",
     Code.FILE_NOT_HANDED_IN: (
-        "{where} names the file {file!r}, which is not handed in: put it beside your notebooks, and name it as it is "
-        "called there."
+        "{where} names the file {file!r}, which is not handed in: put it beside your notebooks, and use its new name."
     ),
     Code.OWN_REPORT_READ: (
-        "{where}: a text that is not written in its cell is looked for in your own document, {name}: let its headings "
-        "say which is which. A text cell that is filled in is read first."
+        "{where}: a text that is not in its cell is looked for in your own document, {name}, under its heading."
     ),
     Code.REPORT_OUT_OF_DATE: (
-        "{where} was not made of {notebook} as it is saved now. If you changed a text, a figure or a table since, run "
-        "the cell with lab.report() again: whoever judges the report as a whole reads the PDF."
+        "{where} is older than {notebook}. If a text, a figure or a table has changed since, run lab.report() again."
     ),
     # a receipt
     Code.PARTNER_TO_CONFIRM: (
-        "Your partner {partner} counts once they hand in with {student} as their partner, too, or your instructor "
-        "confirms it."
+        "Your partner {partner} counts once they hand in with {student}, too, or your instructor confirms it."
     ),
-    Code.OUTPUTS_LEFT_OUT: (
-        "{where}: what {count} {count:cell|cells} had shown is left out, for its size. Marking needs none of it."
-    ),
+    Code.OUTPUTS_LEFT_OUT: "{where}: what {count} {count:cell|cells} had shown is left out; marking needs none of it.",
 }

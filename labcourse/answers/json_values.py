@@ -22,6 +22,7 @@ MOST_LINES = 24  #: curves and marks of one diagram, twice the dozen curves that
 CURVE_POINTS = 200  #: that are stored of a curve
 RECORDING_POINTS = 400  #: that are stored of a channel: as many as a plot is wide, halved
 MOST_SAMPLES = 10**7  #: of a recording: more than an hour at 2 kHz
+_DEEPEST = 8  # lists within each other in which ``...`` is looked for; a list may hold itself
 
 
 class FormError(AnswerError):
@@ -39,17 +40,15 @@ def check_given(value: Any) -> None:
 
 
 def is_given(value: Any) -> bool:
-    """Check whether a value is there: it is not None, and holds no ``...``, however deep in lists and the like."""
-    waiting, seen = [value], set[int]()
-    while waiting:
-        item = waiting.pop()
-        if item is Ellipsis:
-            return False
-        is_array = isinstance(item, np.ndarray) and item.dtype == object
-        if (is_array or isinstance(item, list | tuple | set | dict)) and id(item) not in seen:
-            seen.add(id(item))
-            waiting += item.values() if isinstance(item, dict) else item.ravel().tolist() if is_array else item
-    return value is not None
+    """Check whether a value is there: it is not None, and holds no ``...``, also in lists and the like."""
+    return value is not None and not _has_dots(value)
+
+
+def _has_dots(value: Any, depth: int = 0) -> bool:
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        value = value.tolist()
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple | set) else ()
+    return value is Ellipsis or (depth < _DEEPEST and any(_has_dots(item, depth + 1) for item in inner))
 
 
 #: Characters that are not stored in texts: control characters, halves of surrogate pairs.

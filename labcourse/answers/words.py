@@ -211,7 +211,7 @@ class _Places:
 
     def __init__(self, masters: Sequence[Mapping[str, Any]], cells: Sequence[Cell]) -> None:
         self._order = [_id(master) for master in masters]
-        self._masters = {_id(master): master for master in masters}
+        self._text_above = {_id(master): above for above, master in itertools.pairwise(masters)}
         self.asked = {where: master for master in masters if (where := where_of(master)) is not None}
         self._answers = {_id(master): master for master in self.asked.values()}
         self._runs = [_Run("")]
@@ -265,15 +265,13 @@ class _Places:
 
     def _in_question(self, name: str) -> list[Cell]:
         """Find what was added to the course's text just before an answer cell, if all of that text is still there."""
-        question = self._masters[self._order[max(self._order.index(name) - 1, 0)]]
-        given = source_of(question).strip()
-        if question.get("cell_type") != TEXT or where_of(question) or not given or _id(question) not in self._last:
+        question = self._text_above.get(name, {})
+        given, run = source_of(question).strip(), self._last.get(_id(question))
+        if question.get("cell_type") != TEXT or where_of(question) or not given or run is None:
             return []
-        pieces = self._last[_id(question)].pieces
-        source = "\n".join(cell.source for cell in pieces)
-        if not all(line.strip() in source for line in given.split("\n")):
-            return []
-        return _texts([replace(pieces[0], source=without_stub(source, question))])
+        source = "\n".join(cell.source for cell in run.pieces)
+        is_whole = all(line.strip() in source for line in given.split("\n"))
+        return _texts([replace(run.pieces[0], source=without_stub(source, question))] if is_whole else [])
 
 
 def _texts(cells: Iterable[Cell]) -> list[Cell]:

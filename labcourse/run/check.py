@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -144,6 +144,7 @@ def check(
     work = student_folder.read(folder, list(masters), notebooks.packages_of(masters), catalogue)
     student = student_folder.student_of(work, student)
     elsewhere = [*student_folder.work_elsewhere(work, masters)]
+    away = {problem.where for problem in elsewhere}
     merged = merge.merged(masters, work.hand_in.notebooks)
     data, reports = _run(work, merged, student, masters, cell_timeout, report)
     (run, unreadable), (home, incomparable) = _parsed(data), _at_home(work, student)
@@ -173,7 +174,7 @@ def check(
         tuple(parts.values()),
         problems=(*work.problems, *elsewhere, *unread),
         stops=why.stops,
-        unlike=tuple(_unlike(parts, home, why, {problem.where for problem in elsewhere})),
+        unlike=tuple(_unlike({at: part for at, part in parts.items() if part.notebook not in away}, home, why)),
         notes=(
             *(note for name, changed in merged.changes.items() for note in _of_changes(name, changed)),
             *work.notes,
@@ -275,18 +276,12 @@ def _is_number(value: Any) -> bool:
 # --- what else is worth knowing ---------------------------------------------------------------------------------------
 
 
-def _unlike(
-    parts: Mapping[Where, CheckedPart], home: Mapping[str, Any], why: Reasons, elsewhere: Collection[str]
-) -> Iterator[Problem]:
-    """Yield what to do about answers of a cell that the saved notebooks do not give, though nothing stopped.
-
-    Of the notebooks ``elsewhere``, another file has the answers, which is said already.
-    """
+def _unlike(parts: Mapping[Where, CheckedPart], home: Mapping[str, Any], why: Reasons) -> Iterator[Problem]:
+    """Yield what to do about answers of a cell that the saved notebooks do not give, though nothing stopped."""
     cells = home.get("cells", {})
     unlike = {
         f"{part.question} in {part.notebook}": None
         for where, part in parts.items()
-        if part.notebook not in elsewhere
         if part.state is CheckState.DIFFERENT
         or (part.state is CheckState.MISSING and cells.get(part.question, {}).get(part.name) and where not in why.roots)
     }

@@ -8,6 +8,7 @@ import itertools
 import os
 import signal
 import sys
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -216,9 +217,14 @@ def lines(checked: Checked, notebook: str = "", everything: bool = False) -> Ite
     notebook : file name of the one that asks; what is missing in others is then counted only
     everything : cut nothing
     """
+    from labcourse.run.check import GOOD
+
     yield f"Checked in {checked.seconds:.0f} s, as your work is run for marking. Nothing was marked."
     yield f"Student {checked.student}, folder {checked.folder}"
-    yield from ("", checked.summary, *_went_well(checked))
+    yield from ("", checked.summary)
+    counts = Counter(part.state for part in checked.parts if part.state in GOOD)
+    if counts:
+        yield f"Well done: of your answers, {', '.join(f'{count} {state}' for state, count in counts.items())}."
     blocks = {
         "Look at this first": (_MOST_NOTES, sentences(checked.advice)),
         "By notebook": (_MOST_LINES, [*_by_notebook(checked, "" if everything else notebook)]),
@@ -231,18 +237,6 @@ def lines(checked: Checked, notebook: str = "", everything: bool = False) -> Ite
         if more := len(content) - len(shown):
             text = number_of(more, "more line")
             yield f"  … {text}: {program.name()} check --everything, or lab.check(everything=True), shows all."
-
-
-def _went_well(checked: Checked) -> Iterator[str]:
-    """Yield a sentence on what is there; none if nothing is."""
-    from labcourse.run.check import GOOD, CheckState
-
-    recorded = sum(part.state is CheckState.RECORDED for part in checked.parts)
-    written = sum(part.state in GOOD for part in checked.parts) - recorded
-    there = [number_of(count, noun) for count, noun in ((recorded, "result"), (written, "text")) if count]
-    if there:
-        lost = "" if checked.stops else ", and no error cost an answer"
-        yield f"Well done: your notebooks give {' and '.join(there)}{lost}."
 
 
 def _by_notebook(checked: Checked, asks: str) -> Iterator[str]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from labcourse.answers.notebooks import CODE, RAW, TEXT, Cell
+from labcourse.answers.notebooks import CODE, Cell
 from labcourse.patterns import CELL_ID
 from labcourse.run import alignment, skippable_cells
 from labcourse.run.alignment import Change, Placed, Role, source_of
@@ -92,9 +92,7 @@ def _cells(
     return cells, aligned.changes
 
 
-def _source(
-    place: Placed, master: Sequence[dict[str, Any]], student: Sequence[Cell], turned: Collection[str]
-) -> str | None:
+def _source(place: Placed, master: Sequence[dict[str, Any]], student: Sequence[Cell], turned: set[str]) -> str | None:
     """Return what is run in a place; None if it is no code, or nothing. An answer turned into text is run."""
     if place.role is Role.LOCKED or (place.role is Role.OPEN and place.student is None):
         cell = master[place.master or 0]
@@ -102,8 +100,7 @@ def _source(
     if place.student is None:
         return None
     is_turned = place.master is not None and master[place.master]["id"] in turned
-    own = student[place.student]
-    return own.source if own.kind in ((TEXT, RAW) if is_turned else (CODE,)) else None
+    return student[place.student].source if is_turned or student[place.student].kind == CODE else None
 
 
 def _code(name: str, source: object, role: Role, template: Mapping[str, Any] | None = None) -> dict[str, Any]:

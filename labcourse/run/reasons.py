@@ -52,7 +52,7 @@ _UNDEFINED = pattern(r"name '(\w+)' is not defined")
 _NO_MODULE = pattern(r"No module named '([\w.]+)'")
 #: Errors of a cell that uses a name without a value: a name that is not defined, or is None.
 _OF_NO_VALUE = {"NameError", "TypeError", "AttributeError", "ValueError", "IndexError", "LinAlgError", "UFuncTypeError"}
-_NOTHING = pattern(r"'?(NoneType|ellipsis)\b")
+_NOTHING = pattern(r"\b(NoneType|ellipsis)\b")
 _BINDS_UNSEEN = ("import *", "%")  # in a cell's source: it may bind names that are not written in it
 _MOST = 20  # cells, and parameters, that are mentioned though they cost nothing
 

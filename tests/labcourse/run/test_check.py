@@ -105,7 +105,7 @@ def test_all_that_is_there_is_found_with_helper_cells_own_files_and_words(folder
     }
     assert found.good and (found.advice, found.notes) == ((), ())
     assert found.summary == "All there: 3 questions." and begun == list(MASTERS)
-    assert "4 results and 1 text" in "\n".join(commands.lines(found))
+    assert "1 written, 4 recorded" in "\n".join(commands.lines(found))
     assert {path: path.read_bytes() for path in folder.iterdir()} == before  # nothing of the student's is touched
 
 
@@ -177,7 +177,7 @@ def test_a_notebook_that_is_missing_or_broken_and_one_that_ends_python_are_told(
     found = check(folder, MASTERS, CATALOGUE)
     assert not found.good and states(found)["0.1", "resolution"] is CheckState.EMPTY
     assert found.problems == (Problem.of(Code.MISNAMED, "02_later.ipynb", similar=["02_later (1).ipynb"]),)
-    assert "Is it 02_later (1).ipynb?" in sentence(found.problems[0])
+    assert "Is it '02_later (1).ipynb'?" in sentence(found.problems[0])
     assert found.stops[0].parameters["why"].code is Code.LEFT_PYTHON
     assert has(Code.HOME_ANSWERS_ABSENT, found.notes, "answers.json")
     (folder / "02_later.ipynb").write_text("<html>")
