@@ -279,9 +279,8 @@ class Code(StrEnum):
     TEXTS_UNREAD = auto()
     MISNAMED = auto()
     NOT_THERE = auto()
-    COPY_HAS_MORE = auto()
+    COPY_NOT_CHECKED = auto()
     CHECKPOINT_HAS_MORE = auto()
-    COPY_IS_OPEN = auto()
     # a check at home
     HOME_ANSWERS_UNREAD = auto()
     HOME_ANSWERS_ABSENT = auto()

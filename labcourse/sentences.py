@@ -504,14 +504,11 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
         "new one.)"
     ),
     Code.NOT_THERE: "{files} {files:is|are} not there. ({command} restore NAME gives a new one.)",
-    Code.COPY_HAS_MORE: (
-        "{file}, a copy, has more in it than {where}, which alone is checked. Delete that, and give the copy its name."
+    Code.COPY_NOT_CHECKED: (
+        "{file} is a copy; only {where} is checked. To go on in the copy, delete {where}, and give the copy its name."
     ),
     Code.CHECKPOINT_HAS_MORE: (
         "{where} is empty, and its checkpoint has answers: open it, and choose File → Revert Notebook to Checkpoint…."
-    ),
-    Code.COPY_IS_OPEN: (
-        "This is {file}, a copy; only {where} is checked. Go on there, or delete it and give this one its name."
     ),
     # a check at home
     Code.HOME_ANSWERS_UNREAD: "There is nothing to compare with: {where} cannot be read. {error}",

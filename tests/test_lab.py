@@ -229,4 +229,4 @@ def test_the_bar_of_a_copy_stands_where_its_original_does_and_says_so(folder, mo
     monkeypatch.setenv(place.SESSION, f"work/{opened}")
     here, original = place.here(folder, CATALOGUE), "02_finding_stiffness.ipynb"
     assert here.name == original and {"2.11", "2.12"} <= here.cells.keys()
-    assert (here.line == sentence(Problem.of(Code.COPY_IS_OPEN, original, file=opened))) is is_copy
+    assert (here.line == sentence(Problem.of(Code.COPY_NOT_CHECKED, original, file=opened))) is is_copy

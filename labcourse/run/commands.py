@@ -178,10 +178,9 @@ def _found(given: Path | None, is_packed: bool = False) -> tuple[Path, dict[str,
         )
     if folder == courses.current().notebooks.resolve() and not is_packed:
         raise CheckError(
-            f"The notebooks in {folder} are the only ones of the course here: there are no others to compare them "
-            f"with, or to restore them from. This happens with python -m {program.name()} in the course's folder, or "
-            f"after pip install -e. Install the course once (pip install .), and say {program.name()} as its README "
-            f"does. ({program.name()} submit --no-check packs unseen.)"
+            f"The notebooks in {folder} are the only ones of the course here: no others to compare them with, or "
+            f"to restore them from. Install the course (pip install .), and say {program.name()} as its README does. "
+            f"({program.name()} submit --no-check packs unseen.)"
         )
     return folder, masters
 

@@ -77,7 +77,7 @@ def here(folder: Path, catalogue: Catalogue) -> NotebookPlace:
             if entry.question in catalogue.everything:
                 builds |= dict.fromkeys(waiting, entry.question)
             waiting = []
-    copied = Problem.of(Code.COPY_IS_OPEN, own.name, file=opened)
+    copied = Problem.of(Code.COPY_NOT_CHECKED, own.name, file=opened)
     line = f"{at + 1} of {len(paths)} · {_title(own)}" if opened == own.name else sentence(copied)
     return NotebookPlace(own.name, line, before, after, _recording(own), builds)
 

@@ -100,7 +100,7 @@ def work_elsewhere(work: StudentFolder, masters: Mapping[str, Mapping[str, Any]]
             with contextlib.suppress(OSError, NotebookError):
                 copied = Notebook.without_outputs(files.read(path)).cells
                 if own_files.BACKUP not in path.name and count_changed(master, copied) > written:
-                    code = Code.CHECKPOINT_HAS_MORE if path == checkpoint else Code.COPY_HAS_MORE
+                    code = Code.CHECKPOINT_HAS_MORE if path == checkpoint else Code.COPY_NOT_CHECKED
                     yield Problem.of(code, name, file=files.shown(path.name))
 
 

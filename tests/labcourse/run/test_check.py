@@ -262,8 +262,8 @@ def test_an_answer_cell_for_code_that_became_text_is_run_and_it_is_said(folder, 
 @pytest.mark.parametrize(
     ("name", "code"),
     [
-        ("01_swing-Copy1.ipynb", Code.COPY_HAS_MORE),
-        ("Kopie von 01_swing (2).ipynb", Code.COPY_HAS_MORE),
+        ("01_swing-Copy1.ipynb", Code.COPY_NOT_CHECKED),
+        ("Kopie von 01_swing (2).ipynb", Code.COPY_NOT_CHECKED),
         (".ipynb_checkpoints/01_swing-checkpoint.ipynb", Code.CHECKPOINT_HAS_MORE),
     ],
 )
