@@ -102,3 +102,16 @@ def test_what_was_recorded_at_home_is_a_claim_whomever_it_names(data, cells, is_
     found = made(*answered("q1", "x = 1"), answers_at_home=data)
     assert found.claim == cells
     assert [note.code for note in found.notes] == [Code.CLAIM_UNREAD] * is_unread
+
+
+def test_an_answer_cell_for_code_that_became_text_is_run_and_noted_and_a_text_beside_a_piece_of_code_is_not():
+    turned = [cell | ({"cell_type": "markdown"} if cell["id"] == "q1" else {}) for cell in answered("q1", "x = 1")]
+    found = made(*turned)
+    assert found.notes == [Problem.of(Code.CELL_IS_TEXT, "a.ipynb", cell="q1")]
+    assert "x = 1" in [cell["source"] for cell in found.merged.notebooks["a.ipynb"]["cells"]]
+    words = code("q1", "It bends.", True) | {"id": "new", "cell_type": "markdown"}
+    beside = made(
+        *[other for cell in answered("q1", "x = 1") for other in ([cell, words] if cell["id"] == "q1" else [cell])]
+    )
+    assert beside.notes == []
+    assert "It bends." not in [cell["source"] for cell in beside.merged.notebooks["a.ipynb"]["cells"]]
