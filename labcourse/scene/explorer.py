@@ -115,7 +115,7 @@ class Explorer(Live):
     def grab(self, name: str, place: tuple[float, float] | None, begins: bool) -> None:
         """A point of a drawing is held and pulled to a place, in the drawing's units; None when it is let go.
 
-        While it is held this is called at least every 60 ms, as long as page and kernel are there.
+        While it is held and does not move, a page shows by other events that it is there, as long as something runs.
         """
 
     # --- what comes and goes ----------------------------------------------------------------------------------------

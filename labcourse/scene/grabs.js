@@ -1,7 +1,5 @@
 // Grabs: points of a drawing that can be held and pulled, by the pointer or the arrow keys. Where they are, Python says.
 
-const HELD = 60; // ms at most between two words of what is held
-
 class Grabs {
   constructor(view) {
     this.view = view;
@@ -76,7 +74,6 @@ class Grabs {
     this.held = { name: knob.dataset.name, at };
     this.view.handles.dragged = this.held.name; // nothing on the page may move away from under the hand
     this.say({ begins: true });
-    this.alive = setInterval(() => this.say(), HELD);
   }
 
   pull(at) {
@@ -93,7 +90,6 @@ class Grabs {
 
   letGo() {
     if (!this.held) return;
-    clearInterval(this.alive);
     const { name } = this.held;
     this.held = null;
     this.view.handles.letGo();

@@ -52,7 +52,7 @@ _SECONDS = 5.0  # that the scope shows of a run
 _ANGLES = {1: "theta", 2: "alpha"}  # their rows among the samples
 _FRAME = 1 / 40  # s between two pictures of a run
 _SOON = 0.008  # s from a pull to a picture: the arm takes some time to begin to move
-_SILENCE = 3.0  # s without a sign of life from the page, after which a run stops
+_SILENCE = 3.0  # s without a sign of life from the page, after which a hand lets go, and a real bench stops
 _LONGEST_STOP = 10.0  # s to wait for a board that does not answer
 VALIDATION, HOLD, WATCH = "validation", "hold", "watch"
 FULL, PARTIAL = "tracking, full state", "tracking, partial state"
@@ -131,18 +131,23 @@ class BenchConsole(Explorer):
         self._last_message, self._page = time.monotonic(), True  # whatever the page says is a sign of life
         if content.get("kind") == "press" and content.get("name") == "stop":
             self.stop()  # here and now, whichever thread this is
+        if content.get("kind") == "grab" and "x" not in content and self._hand is not None:
+            self._hand.let_go()  # as early
         super()._on_message(widget, content, buffers)
 
     def receive(self, event: Mapping[str, Any]) -> None:
-        """Take an event; but a Start that has waited for a busy Python is not wanted any more when it comes."""
+        """Take an event; what begins a run is not wanted any more where it has waited for a busy Python."""
         sent = event.get("at")
         if isinstance(sent, (int, float)):
             behind = time.time() - sent / 1000  # of the page's clock, which may not be ours
             self._least_behind = min(self._least_behind, behind)
             late = behind - self._least_behind
-            if event.get("name") == "start" and late > _SILENCE and not self._is_computed():
+            begins = "The arm was pulled" if event.get("begins") else ""
+            if event.get("name") == "start" and not self._is_computed():
+                begins = "Start was pressed"
+            if begins and late > _SILENCE:
                 event = {**event, "kind": "late"}
-                self._message = f"Start was pressed {late:.0f} s ago, while Python was busy. Press it again."
+                self._message = f"{begins} {late:.0f} s ago, while Python was busy. Do it again."
         super().receive(event)
 
     def set(self, name: str, value: float | str) -> None:
@@ -259,9 +264,10 @@ class BenchConsole(Explorer):
     # --- while it runs ----------------------------------------------------------------------------------------------
 
     def _alive(self) -> str:
-        if self._is_computed():
-            return ""  # nothing moves, so that nothing need be stopped, however busy Python is
-        if self._page and time.monotonic() - self._last_message > _SILENCE:
+        silent = self._page and time.monotonic() - self._last_message > _SILENCE
+        if silent and self._hand is not None:
+            self._hand.let_go()
+        if silent and not self._is_computed():  # of a computed bench nothing moves, so that nothing need be stopped
             return "Nothing was heard of the page any more (closed, or Python was kept busy), so the run was stopped."
         return ""
 

@@ -474,6 +474,46 @@ def test_an_arm_that_is_grabbed_begins_to_be_held_swings_and_can_be_played_again
     assert (again["alpha"][: len(stopped)] == stopped["alpha"]).all() and stopped["alpha"].max() > 0.1
 
 
+def test_a_hand_stays_while_its_page_is_heard_and_lets_go_when_it_is_not(lab, monkeypatch):
+    monkeypatch.setattr(console_module, "_SILENCE", 60.0)  # however busy the computer is
+
+    async def scenario():
+        live, held = BenchConsole(lab, K), []
+        live._on_message(None, {"kind": "alive"}, None)
+        grab(live, x=-0.6, y=0.6, begins=True)
+        begun = live._run.samples()[0].size
+
+        async def until(condition):
+            while not condition():
+                assert not live._run.done
+                await asyncio.sleep(0.02)
+
+        await until(lambda: live._run.samples()[0].size > begun + 250)  # half a second without a word
+        held.append(live._hand._pull)
+        live._last_message -= 61.0
+        await until(lambda: live._hand._pull is None)
+        grab(live, x=-0.6, y=0.6)
+        held.append(live._hand._pull)
+        live._on_message(None, {"kind": "grab", "name": "arm"}, None)  # heard before the kernel's loop is free
+        held.append(live._hand._pull)
+        assert not live._run.done  # nothing can break
+        live.stop()
+        await asyncio.wait_for(live._task, 30)
+        live.close()
+        return held
+
+    first, again, released = asyncio.run(scenario())
+    assert first == again == pytest.approx(np.pi / 4) and released is None
+
+
+def test_a_pull_that_waited_for_a_busy_python_begins_nothing_and_is_said(lab):
+    console = BenchConsole(lab, K)
+    now = 1000 * time.time()
+    event(console, "alive", at=now)
+    event(console, "grab", "arm", x=-0.6, y=0.6, begins=True, at=now - 5000)
+    assert not console.running and "The arm was pulled 5 s ago" in rows(console, "State")[""][0]
+
+
 def test_only_the_arm_of_a_bench_in_simulated_time_can_be_grabbed(lab, live, tmp_path):
     assert grabs(BenchConsole(lab)) == ["arm"] and grabs(live) == []
     with lab.bench() as bench:
