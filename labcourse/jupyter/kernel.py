@@ -15,7 +15,7 @@ from ipykernel.kernelapp import IPKernelApp
 
 from labcourse.files import COURSE_FILE
 
-WHAT_TO_DO = "Python was restarted, so this name is gone: choose Run → Run All Above Selected Cell, then run this cell."
+WHAT_TO_DO = "The first cells have not run yet: choose Run → Run All Above Selected Cell, then run this cell."
 
 
 class NotebookKernel(IPKernelApp):

@@ -42,10 +42,10 @@ def run(command: str, arguments: Sequence[str], folder: Path, cell: str = "", ne
         return
     if not is_saved(folder, cell):
         print("This notebook is not saved as it stands here, and what counts is the saved file.")
-        print("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again.")
         if needs_saving:
+            print("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again.")
             return
-        print()
+        print("What follows is about the file as it was saved last.\n")
     with contextlib.closing(output_of(command, arguments, folder)) as lines:
         for line in lines:
             print(no_escapes(line), end="", flush=True)

@@ -28,6 +28,7 @@ _NEXT = (
 )
 _LINE = "margin:0;line-height:1.6"
 
+_OLD_FILE = "This notebook is not saved. What is checked is the file as it was saved last."
 #: What to do before a command that needs the saved file, by what the page knows: not saved; not known.
 NOT_SAVED: dict[bool | None, str] = {
     False: "This notebook is not saved; only the saved file counts. Save it (Ctrl+S, on a Mac ⌘+S). Then press again.",
@@ -131,8 +132,10 @@ class CourseBar(Live):
         if self.output.get("busy"):
             self.output = {**self.output, "notice": f"{self.output['title']} still runs. Wait until it has ended."}
             return
-        self._notice = "" if saved else NOT_SAVED[saved].format(command=f"{self.commands[command].lower()}(…)")
         runs = bool(saved) or command == "check"
+        self._notice = "" if saved else NOT_SAVED[saved].format(command=f"{self.commands[command].lower()}(…)")
+        if runs and saved is False:
+            self._notice = _OLD_FILE
         self.output = {"title": self.commands[command], "text": "", "notice": self._notice, "busy": runs}
         if runs:
             threading.Thread(target=self._run, args=(command,), daemon=True).start()

@@ -11,10 +11,11 @@ const ALIVE = 400; // ms between two signs of life while a bench runs
 const LEAST = 240; // px, of the plots' height where there is too little room
 const MARGIN = 14; // px, of what JupyterLab puts around an output
 const PANELS = { plot, moving };
-const NO_ANSWER =
-  "Python does not answer. Either another cell is running, or the kernel was restarted: wait, or run this cell again.";
-const SILENT =
-  "Nothing is heard of the running bench. STOP may not be heard either: use the bench's own emergency stop.";
+const BUSY =
+  "Python has not answered yet: another cell is running, or the computer is busy. Wait. If nothing else is running, " +
+  "run this cell again.";
+const GONE = ".jupyter-widgets-disconnected"; // ipywidgets' mark of a widget that Python does not know any more
+const LOST = "Python was restarted or ended, so what you do here is lost: run this cell again.";
 
 export function render({ model, el }) {
   const view = new View(model, el);
@@ -74,7 +75,8 @@ class View {
 
   // --- messages -----------------------------------------------------------------------------------------------------
 
-  tell(event) {
+  tell(told) {
+    const event = { at: Date.now(), ...told }; // when it happened, however long it waits here
     if (this.open) {
       if (event.kind !== "press") {
         const other = this.pending && (this.pending.name !== event.name || this.pending.kind !== event.kind);
@@ -90,9 +92,13 @@ class View {
     this.open = true;
     this.host.setAttribute("aria-busy", "true");
     this.sent += 1;
-    clearTimeout(this.waiting);
-    this.waiting = setTimeout(() => this.unanswered(), PATIENCE);
+    this.expect();
     this.post(event);
+  }
+
+  expect() { // an answer
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => this.say({ kind: "error", text: BUSY }), PATIENCE);
   }
 
   urgent(event) { // goes out at once, whatever is under way; and what waited before it is not to come after it
@@ -107,18 +113,22 @@ class View {
 
   post(event) {
     try {
-      this.model.send({ ...event, view: this.id, n: this.sent, at: Date.now() });
-    } catch { // the kernel is gone
-      this.unanswered();
+      if (this.host.closest(GONE)) throw new Error(LOST);
+      this.model.send({ at: Date.now(), ...event, view: this.id, n: this.sent });
+    } catch {
+      this.lose();
     }
   }
 
-  unanswered() {
+  lose() { // what waits: nobody will answer it
+    clearTimeout(this.waiting);
+    this.endLife();
+    this.lost = true;
     this.open = false;
     this.host.setAttribute("aria-busy", "false");
     this.forget();
     this.handles.letGo();
-    this.say({ kind: "error", text: NO_ANSWER });
+    this.say({ kind: "error", text: LOST });
   }
 
   answered(n) {
@@ -146,6 +156,7 @@ class View {
     this.updated = performance.now();
     this.say(this.scene.notice);
     if (this.scene.answered?.view === this.id) this.answered(this.scene.answered.n);
+    if (!this.open) clearTimeout(this.waiting);
     this.showControls();
     this.showReadouts();
     this.player.show(this.scene.play);
@@ -165,7 +176,7 @@ class View {
   showLife() {
     this.post({ kind: "alive" });
     if (performance.now() - this.updated > SILENCE) {
-      this.say({ kind: "error", text: SILENT });
+      this.say({ kind: "error", text: this.scene.live });
     }
   }
 
@@ -176,13 +187,15 @@ class View {
   }
 
   rest() { // nothing is held any more
-    this.say(this.scene.notice);
+    if (!this.lost) this.say(this.scene.notice);
     this.draw();
   }
 
   say(notice) {
     const text = notice?.text ?? "";
-    if (this.handles.dragged && !text) return; // what is below would move away from under the hand
+    const stays = this.handles.dragged && !text; // in size: what is below would move away from under the hand
+    this.notice.style.visibility = stays ? "hidden" : "";
+    if (stays) return;
     if (this.said !== text) write(this.notice, (this.said = text));
     this.notice.dataset.kind = notice?.kind ?? "";
   }

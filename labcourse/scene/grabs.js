@@ -73,6 +73,7 @@ class Grabs {
   hold(knob, at) {
     this.held = { name: knob.dataset.name, at };
     this.view.handles.dragged = this.held.name; // nothing on the page may move away from under the hand
+    this.view.expect();
     this.say({ begins: true });
   }
 

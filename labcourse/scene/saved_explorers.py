@@ -14,8 +14,12 @@ from typing import Any
 VIEW = "application/vnd.jupyter.widget-view+json"  #: a live widget's kind of output
 EXPLORER, BAR = "explorer", "bar"  #: in that output's metadata: what the widget is
 _SHOWN_NOW = "labcourse_bar"  # in the notebook's metadata: the bar's HTML, as the page shows it at this moment
-_RUN_CELL = "This is a picture of the explorer as it began. To use the explorer, run this cell."
-_RUN_ABOVE = "As it was saved. Python is not running yet: choose Run → Run All Above Selected Cell."
+_PICTURE = "This is a picture of the explorer as it began."
+_RUN_CELL = "To use the explorer, run this cell."
+_RUN_ABOVE = (
+    "As it was saved. To have it as it is now, click into the cell where you go on, and choose Run → Run All Above "
+    "Selected Cell."
+)
 
 
 def with_pictures(model: Mapping[str, Any], **_others: Any) -> None:
@@ -42,13 +46,14 @@ def _put(output: dict[str, Any], shown: str) -> None:
 def _replace(output: dict[str, Any]) -> None:
     data, metadata = output["data"], output["metadata"]
     picture, about = _text(data.pop("image/png", "")).replace("\n", ""), metadata.pop("image/png", {})
-    shown = _text(data.get("text/html", ""))
+    above, shown = _RUN_CELL, _text(data.get("text/html", ""))
     if picture:
         alt = html.escape(about.get("alt", ""), quote=True)
+        above = f"{_PICTURE} {_RUN_CELL}"
         shown = f'<img src="data:image/png;base64,{picture}" alt="{alt}" width="{int(about.get("width", 0)) or ""}">'
     elif not shown:
         shown = f"<p>{html.escape(_text(data.get('text/plain', '')))}</p>"
-    _put(output, f"<p><b>{_RUN_CELL}</b></p>\n{shown}")
+    _put(output, f"<p><b>{above}</b></p>\n{shown}")
 
 
 def _text(value: str | list[str]) -> str:

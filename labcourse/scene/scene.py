@@ -387,7 +387,7 @@ class Scene:
     height : of the plots, px; less where the whole explorer would not be in view at once, and as much again for each
         column on a narrow page
     play : what the player plays
-    live : whether something runs that must stop when the page is gone
+    live : while something runs that must stop when the page is gone: what the page says if nothing more is heard of it
     """
 
     alt: str
@@ -396,7 +396,7 @@ class Scene:
     readouts: Sequence[Readout] = ()
     height: int = 420
     play: Play | None = None
-    live: bool = False
+    live: str = ""
 
     def packed(self) -> tuple[dict[str, Any], bytes]:
         """The scene as JSON, and its numbers.

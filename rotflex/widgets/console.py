@@ -48,6 +48,8 @@ SAFETY = (
     "The bench's own emergency stop comes first. STOP here (and the Escape key) is software: it works only "
     "while computer and page do. Interrupting the kernel does not stop a run."
 )
+_SILENT = "Nothing is heard of the running bench: another cell may be running, or the computer may be busy."
+_MAY_BREAK = "STOP may not be heard either: use the bench's own emergency stop."
 _SECONDS = 5.0  # that the scope shows of a run
 _ANGLES = {1: "theta", 2: "alpha"}  # their rows among the samples
 _FRAME = 1 / 40  # s between two pictures of a run
@@ -352,6 +354,7 @@ class BenchConsole(Explorer):
         theta, alpha = samples[1:3, -1].tolist() if samples.size else (0.0, 0.0)
         if samples.size:
             alt += f" The servo stands at {theta / DEG:.0f} deg, the arm is deflected by {alpha / DEG:.1f} deg."
+        silent = _SILENT if self._is_computed() else f"{_SILENT} {_MAY_BREAK}"
         play, recording = None, self.recording
         if recording is not None and not self.running:
             play = played(recording, float(recording.time[0]), float(recording.time[-1]))
@@ -365,7 +368,7 @@ class BenchConsole(Explorer):
             readouts=[self._status(), _reported(self._bench)],
             height=320,
             play=play,
-            live=self.running,
+            live=silent if self.running else "",
         )
 
     def picture(self) -> Picture:

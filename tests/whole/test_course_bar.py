@@ -46,11 +46,12 @@ def test_the_bar_follows_answers_runs_check_refuses_unsaved_work_and_leads_on(ju
         page.keyboard.press("Control+s")  # the button has the focus
         page.wait_for_function(_IS_SAVED)
         saved = json.dumps(browser.get(jupyterlab.address, f"/api/contents/bar/{NOTEBOOK}")["content"])
-        assert "2.12: answered" in saved and "Python is not running yet" in saved
+        assert "2.12: answered" in saved and "As it was saved" in saved
         assert "widget-view" not in saved and "labcourse_bar" not in saved
 
         bar.locator("[data-name=check]").click()
         bar.get_by_text("Check runs").wait_for()
+        assert not bar.locator(".notice").inner_text()  # nothing of what was pressed before
         bar.locator("[data-name=check]").click()
         bar.get_by_text("Check still runs").wait_for()
         bar.locator(".pane[aria-busy=false]").wait_for()

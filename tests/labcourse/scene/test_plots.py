@@ -6,7 +6,7 @@ import pytest
 from checkout import ROOT
 
 from labcourse.scene.explorer import Explorer
-from labcourse.scene.scene import Button, Choice, Column, Moving, Panel, Play, Readout, Row, Scene, Slider
+from labcourse.scene.scene import GROUND, Button, Choice, Column, Moving, Panel, Play, Readout, Row, Scene, Slider
 
 pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
 
@@ -170,10 +170,50 @@ def test_a_notice_that_goes_waits_until_the_handle_is_let_go(page):
     page.mouse.move(*grasp(page))
     said = page.evaluate("() => told.at(-1)")
     answered = {"view": said["view"], "n": said["n"]}
+    top = page.locator(".stage").bounding_box()["y"]
     update(page, scene(), version=3, answered=answered)
-    assert page.locator(".notice").inner_text() == "Kept."
+    assert not page.locator(".notice").is_visible() and page.locator(".stage").bounding_box()["y"] == top
     page.mouse.up()
+    assert page.locator(".notice").inner_text() == "" and page.locator(".stage").bounding_box()["y"] < top
+
+
+def notice(page, words):
+    page.wait_for_function("words => document.querySelector('.notice').textContent.includes(words)", arg=words)
+
+
+def test_a_drag_on_a_busy_computer_waits_and_one_after_a_restart_is_called_lost(page):
+    show(page, scene())
+    page.evaluate("() => { window.clock = Date.now; window.told.length = 0; }")
+    page.mouse.move(*grasp(page))
+    page.mouse.move(300, 300)
+    before = page.evaluate("() => { const sent = Date.now(); Date.now = () => sent + 9e9; return sent; }")
+    page.mouse.up()
+    notice(page, "the computer is busy")
+    first = page.evaluate("() => told[0]")
+    update(page, scene(), version=2, answered={"view": first["view"], "n": first["n"]})
+    last = page.evaluate("() => { Date.now = window.clock; return told.at(-1); }")
+    assert last["n"] > first["n"] and last["at"] <= before  # the latest place, with the time when it was there
+    update(page, scene(), version=3, answered={"view": last["view"], "n": last["n"]})
     assert page.locator(".notice").inner_text() == ""
+    said = page.evaluate(
+        "() => { document.body.firstElementChild.nextElementSibling.className = "
+        "'jupyter-widgets-disconnected'; return told.length; }"
+    )
+    page.mouse.move(*grasp(page))
+    notice(page, "run this cell again")
+    page.mouse.up()
+    assert "lost" in page.locator(".notice").inner_text() and page.evaluate("() => told.length") == said
+
+
+def test_a_pull_that_nobody_answers_is_not_passed_over(page):
+    drawing = Moving({"x": 0.0}, (0, 1), (0, 1))
+    drawing.grab("arm", GROUND.at(0.5, 0.5), "the arm", "0", 0.1)
+    show(page, scene(columns=[Column([drawing])]))
+    page.locator('.handle[data-name="arm"]').click()
+    notice(page, "the computer is busy")
+    update(page, scene(columns=[Column([drawing])], live="silent"), version=2)
+    notice(page, "")
+    notice(page, "silent")  # no new picture since
 
 
 def test_a_recording_begins_at_once_where_it_is_asked_to(page):

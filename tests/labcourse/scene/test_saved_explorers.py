@@ -64,6 +64,7 @@ def test_the_picture_takes_the_place_of_the_live_view_with_a_word_above_it(in_li
 
 def test_without_a_picture_there_are_the_words():
     (found,) = saved(output_of(Wordy()))
+    assert "picture" not in found["data"]["text/html"]
     assert WORDS in found["data"]["text/html"] and "Wordy: nothing &lt;yet&gt;" in found["data"]["text/html"]
     assert VIEW not in found["data"]
 
