@@ -181,7 +181,6 @@ class PoleExplorer(Explorer):
     ----------
     A, B : (4, 4) and (4,) or (4, 1), the model with the motor voltage as input
     K : (1, 4) the student's own gain, drawn for comparison
-    lab : the student's session; "Keep this design" stores the gain there, as answer 3.8
 
     Raises
     ------
@@ -191,9 +190,8 @@ class PoleExplorer(Explorer):
 
     _another, _start = False, _START
 
-    def __init__(self, A: ArrayLike, B: ArrayLike, K: ArrayLike | None = None, lab: Lab | None = None) -> None:
+    def __init__(self, A: ArrayLike, B: ArrayLike, K: ArrayLike | None = None) -> None:
         self._a, self._b = matrices(A, B)
-        self._lab = lab
         self.ghosts: list[Design] = []
         self.wanted, self.feedback, self.beside = self._start, "full", "step"
         self._own = None if K is None else with_gain(self._a, self._b, K)
@@ -230,19 +228,10 @@ class PoleExplorer(Explorer):
             self.save_picture("pole_design")
 
     def keep(self) -> None:
-        """Store the gain as the student's answer.
-
-        Raises
-        ------
-        DesignError
-            If there is no session to store it in.
-        """
-        if self._lab is None:
-            raise DesignError("There is no session to keep the design in: make the explorer with lab=lab.")
+        """Show the line of code that gives this gain; no answer changes."""
         messages = [
-            *self._lab.record("3.8", K=self.design.K),
-            "The next notebooks now use this gain. Only the code in your cell of question 3.8 is marked, and this "
-            "button does not change that code. Run that cell to store its own gain again.",
+            "Your answer to question 3.8 stays as it is. To use this gain, write this line at the end of your cell:",
+            f"K = np.array([[{', '.join(f'{entry:.6g}' for entry in self.design.K.ravel())}]])",
         ]
         if self.design.runaway is not None:
             messages.append("This design is unstable: nothing can be recorded with it on a bench.")
@@ -308,7 +297,7 @@ class PoleExplorer(Explorer):
         feedback = Choice("feedback", "feedback", _FEEDBACK, self.feedback)
         if self._another:
             return [*rows, [feedback, Button("reset", "Back to the beginning")]]
-        keep = "Store K as answer 3.8. Only the code in that question's cell is marked"
+        keep = "Show K as a line of code for your cell of question 3.8"
         return [
             *rows,
             [feedback, Choice("beside", "show as well", _BESIDE, self.beside)],
@@ -317,7 +306,7 @@ class PoleExplorer(Explorer):
                 Button("ghost", "Leave a ghost", title="Keep this response in the plots, to compare others with it"),
                 Button("forget", "Clear ghosts", disabled=not self.ghosts),
                 Button("figure", "Figure for the report", title="Save it as PNG and SVG beside the notebook"),
-                Button("keep", "Keep this design", "main", self._lab is None, keep),
+                Button("keep", "Keep this design", "main", title=keep),
             ],
         ]
 
@@ -341,12 +330,12 @@ def explore_poles(
         As :class:`PoleExplorer`, and if there is neither a model nor a session.
     """
     if A is not None and B is not None:
-        return PoleExplorer(A, B, K, lab)
+        return PoleExplorer(A, B, K)
     if lab is None:
         raise DesignError("The pole explorer needs a model A and B, or lab=lab.")
     return another_arm.unless_answered(
         lab,
         "2.14 A, 2.14 B, 3.8 K",
-        lambda: PoleExplorer(*another_arm.own_model(lab), lab.value("3.8", "K"), lab),
+        lambda: PoleExplorer(*another_arm.own_model(lab), lab.value("3.8", "K")),
         lambda: OtherPoles(*another_arm.model()),
     )

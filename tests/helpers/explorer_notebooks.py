@@ -17,7 +17,7 @@ A, B = np.asarray(system.A), np.asarray(system.B)
 """
 KERNEL = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
 NOTEBOOKS = {
-    "poles": "explorer = widgets.explore_poles(A, B, lab=lab)\nexplorer",
+    "poles": "explorer = widgets.explore_poles(A, B)\nexplorer",
     "console": "explorer = widgets.open_console(lab, K=[18.2, -17.2, 1.59, 0.633])\nexplorer",
     "results": 'explorer = widgets.results_table(lab, "Table 2")\nexplorer',
 }

@@ -1,7 +1,5 @@
 """The explorers in the JupyterLab that students use: opened, dragged, typed at, stopped."""
 
-import json
-
 import browser
 import explorer_notebooks
 import pytest
@@ -135,9 +133,7 @@ def test_a_pole_is_dragged_by_the_mouse_and_all_follows(opened, served):
     assert "✗ not met" in verdicts(page)
 
     button(page, "Keep this design").click()
-    wait_for_text(page, ".labcourse-explorer .notice", "recorded")
-    kept = json.loads((served[1] / "answers.json").read_text())["answers"]["3.8"]["K"]["value"]
-    assert kept[0] == pytest.approx(gain(page), rel=2e-3)
+    wait_for_text(page, ".labcourse-explorer .notice", "K = np.array(")
     button(page, "Figure for the report").click()
     wait_for_text(page, ".labcourse-explorer .notice", "pole_design.svg")
     assert (served[1] / "pole_design.png").read_bytes().startswith(b"\x89PNG")
