@@ -63,9 +63,9 @@ def page(
     about : student, bench and notes, a line each
     """
     links = (
-        _link(before[0], f"← {before[1]}") if before else "",
+        _link(*before, "← ") if before else "",
         f"<b>{html.escape(line)}</b>" if line else "",
-        _link(after[0], f"{after[1]} →") if after else "",
+        _link(*after, "", " →") if after else "",
     )
     legend = " ".join(f"{sign} {state}" for state, sign in _SIGNS.items()) if chips else ""
     rows = [" &nbsp; ".join(filter(None, links)), "".join(map(_chip, chips))]
@@ -74,10 +74,11 @@ def page(
     return "".join(f'<p style="{_LINE}">{row}</p>' for row in rows if row)
 
 
-def _link(href: str, text: str) -> str:
-    return (
-        f'<a href="{html.escape(href)}" title="{html.escape(text, quote=True)}" style="{_NEXT}">{html.escape(text)}</a>'
-    )
+def _link(href: str, title: str, left: str = "", right: str = "") -> str:
+    """Return a link with an arrow to its left or right, which stays beside a title that is cut."""
+    text = html.escape(title)
+    shown = f'{left}<span style="{_NEXT}">{text}</span>{right}'
+    return f'<a href="{html.escape(href)}" title="{left}{text}{right}" style="white-space:nowrap">{shown}</a>'
 
 
 def _chip(chip: Chip) -> str:

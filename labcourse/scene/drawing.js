@@ -37,8 +37,7 @@ function plot(view, pen, panel, box, seen) {
   pen.strokeStyle = view.color("--grid");
   pen.fillStyle = view.color("--text");
   for (const [low, high, place, down, count] of [[x0, x1, X, false, inner.width / 75], [y0, y1, Y, true, Math.max(4, inner.height / 30)]]) {
-    const given = down ? null : panel.xticks;
-    for (const tick of given ?? ticks(low, high, Math.max(2, count))) {
+    for (const tick of ticks(low, high, Math.max(2, count))) {
       const at = place(tick.value);
       pen.beginPath();
       if (down) { pen.moveTo(inner.left, at); pen.lineTo(inner.left + inner.width, at); }

@@ -67,7 +67,6 @@ class Panel:
     height : share of its column
     equal : a unit is as long in both directions
     bare : without grid lines
-    xticks : value → text, where the axis is not to be divided evenly
     """
 
     ylabel: str
@@ -77,7 +76,6 @@ class Panel:
     height: float = 1.0
     equal: bool = False
     bare: bool = False
-    xticks: Mapping[float, str] | None = None
     items: list[Item] = field(default_factory=list)
     handles: list[Item] = field(default_factory=list)
 
@@ -465,8 +463,6 @@ def _packed_panel(panel: Panel | Moving, buffer: _Buffer) -> Item:
         items.append(item | curve)
     names = ("xlabel", "ylabel", "height", "equal", "bare", "handles")
     fixed = {name: getattr(panel, name) for name in names}
-    if panel.xticks is not None:
-        fixed["xticks"] = [{"value": value, "text": text} for value, text in panel.xticks.items()]
     return {"kind": "plot", "x": list(panel.x), "y": list(panel.y), "items": items, **fixed}
 
 

@@ -70,8 +70,6 @@ def _plot(axes: Any, panel: Panel) -> None:
     axes.tick_params(labelbottom=bool(panel.xlabel))
     if panel.equal:
         axes.set_aspect("equal")
-    if panel.xticks is not None:
-        axes.set_xticks([*panel.xticks], [*panel.xticks.values()])
     for item in panel.items:
         if not item.get("clock"):  # where a player is
             _item(axes, item)

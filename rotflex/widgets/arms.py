@@ -165,7 +165,6 @@ class EnergyExplorer(Explorer):
         end = float(time[-1])
         panel = Panel("energy (mJ)", (0.0, end), (0.0, 1.08 * stored["spring"][0]))
         panel.xlabel = "time (s), four times slower than it was"
-        panel.xticks = {tick: f"{tick / _SLOWER:.1f}" for tick in np.linspace(0.0, end, 5).tolist()}
         below = np.zeros_like(time)
         for name, role in _ENERGIES.items():
             drawing.reading(name, name, " mJ", digits=0)

@@ -13,6 +13,12 @@ _RUN = """async ([id, source]) => {
     if (source) content.activeCell.model.sharedModel.setSource(source);
     await window.jupyterapp.commands.execute('notebook:run-cell');
 }"""
+_HAS_ARROW = """(link) => {
+    const range = document.createRange();
+    range.selectNode(link.lastChild);
+    const [arrow, title] = [range, link.firstElementChild].map((one) => one.getBoundingClientRect());
+    return arrow.width > 5 && arrow.left >= title.right && arrow.top < title.bottom && title.top < arrow.bottom;
+}"""
 _IS_SAVED = "() => !window.jupyterapp.shell.currentWidget.context.model.dirty"
 _PATH = "() => window.jupyterapp.shell.currentWidget.context.path"
 _IN_VIEW = """(id) => {
@@ -59,6 +65,8 @@ def test_the_bar_follows_answers_runs_check_refuses_unsaved_work_and_leads_on(ju
         assert "1 of 51 questions are all there" in said and "2.9 " not in said.partition("By notebook")[0]
         assert "still runs" not in said
 
+        page.set_viewport_size({"width": 720, "height": 720})
+        assert bar.get_by_title("→").evaluate(_HAS_ARROW)
         bar.get_by_label("2.12: answered").click()
         page.wait_for_function(_IN_VIEW, arg="q2-12-answer")
         bar.get_by_title("→").evaluate("link => link.click()")

@@ -15,7 +15,7 @@ class Pendulum(Explorer):
     """An explorer that says nothing of a picture."""
 
     def view(self):
-        plot = Panel("angle (rad)", (0, 1), (-1, 1), "time (s)", xticks={0: "begin", 1: "end"})
+        plot = Panel("angle (rad)", (0, 1), (-1, 1), "time (s)")
         plot.line(T, np.cos(T), "measured", "measured", width=3)
         plot.area([0, 1, 1], [0, 0, 1], "model")
         plot.band(-0.5, 0.5, "ghost")
