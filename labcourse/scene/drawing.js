@@ -13,13 +13,16 @@ const ROLES = {
   text: { color: "--text", width: 1.2 },
   body: { color: "--body", width: 1.2 },
 };
+const LEAST_INNER = 40; // px
 const FONT = "12px ui-sans-serif, system-ui, sans-serif";
 
 function plot(view, pen, panel, box, seen) {
   pen.font = FONT;
   const lines = legendOf(pen, panel, box);
+  const under = panel.xlabel ? 36 : 8;
+  if (box.height - under - 16 * lines.length < LEAST_INNER) lines.length = 1; // rather the curves than their names
   const above = 10 + 16 * lines.length;
-  const inner = { left: box.left + 52, top: box.top + above, width: box.width - 66, height: box.height - above - (panel.xlabel ? 36 : 8) };
+  const inner = { left: box.left + 52, top: box.top + above, width: box.width - 66, height: box.height - above - under };
   if (inner.width < 20 || inner.height < 20) return;
   let [x0, x1] = panel.x;
   let [y0, y1] = panel.y;

@@ -4,7 +4,7 @@
 // at a time under way: while Python works on one, only the latest of those that follow is kept.
 
 const MARKS = { met: "✓", missed: "✗", unknown: "?" };
-const NARROW = 620; // px; below, columns stand below each other
+const NARROW = 620; // px; below, columns stand below each other if two of them are in view at once
 const PATIENCE = 4000; // ms without an answer, after which the reader is told
 const SILENCE = 2000; // ms without a new picture of a running bench, after which the reader is told
 const ALIVE = 400; // ms between two signs of life while a bench runs
@@ -271,8 +271,7 @@ class View {
     const width = this.stage.clientWidth;
     if (!width) return;
     const columns = this.scene.columns;
-    const stacked = width < NARROW;
-    const each = stacked ? this.scene.height : this.fitting();
+    const [stacked, each] = this.fitting(width);
     const height = columns.length && each ? (stacked ? each * columns.length : each) : 0;
     const scale = window.devicePixelRatio || 1;
     if (this.canvas.width !== Math.round(width * scale) || this.canvas.height !== Math.round(height * scale)) {
@@ -306,16 +305,20 @@ class View {
     this.host.dispatchEvent(new CustomEvent("painted", { detail: this.scene.version }));
   }
 
-  fitting() { // the plots' height with which the whole explorer is in view at once
-    const { height } = this.scene;
+  fitting(width) { // whether columns stand below each other, and their height
+    // The whole explorer is in view at once; on a narrow page, what is dragged is so with the plots that answer.
+    const { height, columns } = this.scene;
     if (this.handles.dragged && this.fitted) return this.fitted;
+    const narrow = width < NARROW;
     const style = getComputedStyle(this.host);
     const beside = getComputedStyle(this.body).display === "flex";
     const around = parseFloat(style.paddingTop) + parseFloat(style.paddingBottom) + MARGIN;
-    const others = [this.above, this.player.box, ...(beside ? [] : [this.readouts])];
+    const others = [this.above, this.player.box, ...(narrow || beside ? [] : [this.readouts])];
     const taken = others.reduce((sum, element) => sum + element.offsetHeight, around);
     const room = this.page().clientHeight - taken;
-    this.fitted = Math.max(Math.min(height, LEAST), Math.min(height, room));
+    const least = Math.min(height, LEAST);
+    const stacked = narrow && columns.length > 1 && room >= 2 * least;
+    this.fitted = [stacked, Math.max(least, Math.min(height, stacked ? room / 2 : room))];
     return this.fitted;
   }
 

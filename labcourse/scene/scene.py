@@ -382,8 +382,8 @@ class Scene:
     columns : of plots
     controls : rows of them, above the plots
     readouts : below the plots, on a wide page beside them
-    height : of the plots, px; less where the whole explorer would not be in view at once, and as much again for each
-        column on a narrow page
+    height : of the plots, px; less where the whole explorer would not be in view at once, or, on a narrow page, two
+        columns below each other
     play : what the player plays
     live : while something runs that must stop when the page is gone: what the page says if nothing more is heard of it
     """

@@ -39,6 +39,7 @@ _UPDATE = """async ([scene, data]) => {
 @pytest.fixture(scope="module")
 def page():
     page = browser.chromium().new_page(viewport={"width": 1280, "height": 720})
+    page.set_content("<!doctype html>")
     yield page
     page.close()
 
@@ -148,6 +149,32 @@ def test_a_whole_explorer_is_in_view_and_readouts_stand_beside_the_plots_where_t
     assert stage["height"] >= 500  # and makes use of the room
     assert (readouts["x"] >= stage["x"] + stage["width"]) is beside
     assert (readouts["y"] >= stage["y"] + stage["height"]) is not beside
+
+
+@pytest.mark.parametrize(("width", "height"), [(352, 779), (409, 359), (560, 779), (690, 359)])
+def test_on_a_small_screen_a_handle_and_the_plots_that_answer_are_in_view_without_a_sideways_scroll(
+    page, width, height
+):
+    """A window of 720 px, and one of 1280 by 720 at 150 %: with JupyterLab's list of files, and without."""
+    page.set_viewport_size({"width": width, "height": height})
+    answer = [Panel(f"answer {number} (m)", (0, 1), (0, 1), "time (s)" if number == 2 else "") for number in range(3)]
+    for panel in answer:
+        for label in MARKS:
+            panel.line([0, 1], [0, 1], "model", label)
+    sliders = [Slider(name, f"the {name} pole", "rad/s", -80, 10, 0.5, -40) for name in ("third", "fourth")]
+    wide = Readout(
+        "Table 2: results of the laboratory. All entries are missing.", [Row("a number", ("not filled in yet",))]
+    )
+    drawing = Moving({"x": 0.0}, (0, 1), (0, 1))
+    columns = [Column([marked()]), Column(answer), Column([drawing], 0.5)]
+    show(page, scene(columns=columns, controls=[sliders], readouts=[wide], height=460), width)
+    written = {text: y for text, _, _, y in page.evaluate(WRITTEN)}
+    stage = page.locator(".stage").bounding_box()
+    assert written["time (s)"] <= height and 0 < stage["height"] <= max(height, 3 * 460)
+    ends = [written["real (rad/s)"], written["time (s)"]]
+    assert (ends[1] - ends[0] > 200) is (width < 620 < height)  # below each other where two are in view at once
+    assert page.evaluate("() => document.documentElement.scrollWidth") <= width
+    page.set_viewport_size({"width": 1280, "height": 720})
 
 
 def test_what_is_folded_opens_and_stays_open_when_it_changes(page):
