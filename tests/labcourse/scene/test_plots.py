@@ -177,6 +177,34 @@ def test_on_a_small_screen_a_handle_and_the_plots_that_answer_are_in_view_withou
     page.set_viewport_size({"width": 1280, "height": 720})
 
 
+#: As JupyterLab shows them in a notebook: printed text, a formula in a sentence, and the first line of a folded cell.
+NOTEBOOK = """<!doctype html><style>
+.jp-OutputArea-output pre { word-break: break-all; white-space: pre-wrap; }
+mjx-math { display: inline-block; width: 98px; height: 10px; }
+.jp-Placeholder { display: flex; }
+.jp-Placeholder-content { flex: 1 1 auto; }
+.jp-PlaceholderText { white-space: nowrap; overflow-x: hidden; }
+</style><div class="jp-Notebook" style="width: 130px; font: 16px monospace">
+<div class="jp-OutputArea-output"><pre>a number of <b>sentences</b></pre></div>
+<p>an <mjx-container><mjx-math></mjx-math></mjx-container><b>.</b> Then</p>
+<div class="jp-Placeholder"><div class="jp-Placeholder-content"><div class="jp-PlaceholderText">a long first line
+of a folded cell</div></div></div></div>"""
+
+
+def test_the_bars_style_keeps_words_whole_full_stops_at_the_end_and_the_notebook_in_its_width(page):
+    page.set_viewport_size({"width": 150, "height": 700})
+    page.set_content(NOTEBOOK)
+    where = """() => [document.querySelector('pre b').getClientRects().length,
+        document.querySelector('p b').offsetTop - document.querySelector('mjx-math').offsetTop,
+        document.documentElement.scrollWidth]"""
+    again, below, wide = page.evaluate(where)
+    assert again == 2 and below > 5 and wide > 150  # as JupyterLab has them
+    page.add_style_tag(path=ROOT / "labcourse" / "scene" / "course_bar.css")
+    again, below, wide = page.evaluate(where)
+    assert again == 1 and below < 5 and wide <= 150
+    page.set_viewport_size({"width": 1280, "height": 720})
+
+
 def test_what_is_folded_opens_and_stays_open_when_it_changes(page):
     show(page, scene())
     table = page.locator("details table.readout")
