@@ -19,6 +19,7 @@ from labcourse.safe_text import no_escapes
 
 ANSWERS_FILE = "answers.json"  #: beside the notebooks: what a student has answered
 KERNEL = Path(__file__).parent / "jupyter" / "kernel.py"  #: the program of a notebook's kernel
+LAB_EXTENSIONS = KERNEL.parent / "labextensions"  #: JupyterLab's extension that runs a notebook's first cells
 COURSE_FILE = "course.json"  #: beside the notebooks: {"student": "..."}
 MAX_BYTES = 200_000_000  #: of a file in a student's folder; a notebook with all that it shows has some millions
 MAX_DEPTH = 100  #: lists and objects within each other in a JSON file; Python can copy and write ten times as many

@@ -20,14 +20,18 @@ from jupyter_server.services.kernels.connection.channels import ZMQChannelsWebso
 from jupyterlab.labapp import LabApp  # type: ignore[import-untyped]
 from traitlets.config import Config
 
-from labcourse.files import KERNEL
+from labcourse.files import KERNEL, LAB_EXTENSIONS
 
 #: JupyterLab's settings; a user's options win over them. The server imports what they name.
 SETTINGS = {
     "Application": {"log_level": "ERROR"},
     "ContentsManager": {"pre_save_hook": "labcourse.scene.saved_explorers.with_pictures"},
     "KernelSpecManager": {"kernel_spec_class": "labcourse.server.SafeKernelSpec"},
-    "LabApp": {"news_url": "", "check_for_updates_class": "jupyterlab.NeverCheckForUpdate"},
+    "LabApp": {
+        "extra_labextensions_path": [str(LAB_EXTENSIONS)],
+        "news_url": "",
+        "check_for_updates_class": "jupyterlab.NeverCheckForUpdate",
+    },
     "ServerApp": {"kernel_websocket_connection_class": "labcourse.server.PromptConnection"},
 }
 _TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
@@ -82,9 +86,18 @@ class CourseServer(ServerApp):
         self.allow_root = self.allow_root or self.ip in _LOCAL
         has_screen = sys.platform in ("win32", "darwin", "cygwin") or any(map(os.environ.get, _SCREENS))
         self.open_browser = self.open_browser and has_screen  # else a browser for terminals takes over this terminal
+        first = urllib.parse.unquote(self.default_url.partition("/lab/tree/")[2])
+        if first:
+            self.io_loop.add_callback(self._start_kernel, first)
         super().start_app()
         # An earlier callback of this loop begins to listen.
         self.io_loop.add_callback(print, f"JupyterLab runs at {self.address}  (Ctrl-C ends it.)", flush=True)
+
+    async def _start_kernel(self, notebook: str) -> None:
+        """Start the kernel of the first notebook before its page asks for it. Where that fails, the page says why."""
+        name = self.kernel_manager.default_kernel_name
+        with contextlib.suppress(Exception):
+            await self.session_manager.create_session(notebook, notebook, "notebook", name)
 
     @property
     def address(self) -> str:

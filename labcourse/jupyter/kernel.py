@@ -1,8 +1,9 @@
 """A Python kernel that finds a student's modules, but never uses them in place of Python's or installed ones.
 
-It is run as ``python -P kernel.py``, so that it imports nothing from the folder of the notebooks at its start. This
-folder is then put last in the search path: modules that IPython imports later are never the student's. (Grading leaves
-out students' modules that are named like installed ones, too.)
+It is run as ``python -P kernel.py``, so that it imports nothing from the folder of the notebooks at its start, nor
+while the course's first cells run by themselves (:mod:`labcourse.jupyter.opening`). With any other cell, this folder is
+put last in the search path: modules that IPython imports later are never the student's. (Grading leaves out students'
+modules that are named like installed ones, too.)
 """
 
 import os
@@ -14,6 +15,7 @@ from typing import Any
 from ipykernel.kernelapp import IPKernelApp
 
 from labcourse.files import COURSE_FILE
+from labcourse.jupyter import opening
 
 WHAT_TO_DO = "The first cells have not run yet: choose Run → Run All Above Selected Cell, then run this cell."
 
@@ -22,14 +24,22 @@ class NotebookKernel(IPKernelApp):
     """A kernel that imports from the folder of the notebooks when its cells do."""
 
     def init_path(self) -> None:
-        """Put the folder of the notebooks last, wherever this version of IPython puts it."""
-        sys.path[:] = [*filter(None, sys.path), ""]
+        """Leave out the folder of the notebooks, wherever this version of IPython puts it."""
+        sys.path[:] = filter(None, sys.path)
 
     def init_shell(self) -> None:
         """Explain each NameError that comes before the set-up cell of a course's notebook has run."""
         super().init_shell()  # type: ignore[no-untyped-call]  # ipykernel's
+        if self.shell is not None:
+            self.shell.events.register("pre_run_cell", _find_own_modules)
         if self.shell is not None and Path(COURSE_FILE).is_file():
             self.shell.set_custom_exc((NameError,), _explain)
+
+
+def _find_own_modules(cell: Any) -> None:
+    """Put the folder of the notebooks last, before a cell that was not run by itself."""
+    if "" not in sys.path and cell.raw_cell not in opening.granted:
+        sys.path.append("")
 
 
 def _explain(
