@@ -157,6 +157,7 @@ class Session:
             "\n".join(filter(None, (here.line, *about))),
             labels,
             lambda command: from_notebook.output_of(command, words[command], self._folder),
+            lambda cells: bool(here.name) and cells == from_notebook.saved_cells(self._folder / here.name),
         )
         display(self._bar)
 

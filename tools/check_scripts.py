@@ -1,4 +1,4 @@
-"""Check the explorers' scripts by oxlint, as the one module that a page gets (rules: .oxlintrc.json).
+"""Check the page's scripts by oxlint, the explorers' as the one module that a page gets (rules: .oxlintrc.json).
 
     python tools/check_scripts.py
 
@@ -77,10 +77,12 @@ def _finding(told: dict, scripts: Sequence[Path], starts: list[int]) -> Finding:
 
 def main() -> int:
     """Tell what is found; 0 if nothing is."""
+    from labcourse.files import LAB_EXTENSIONS
     from labcourse.scene import explorer
 
     modules = [explorer._SCRIPTS, ("course_bar.js",)]
-    found = [one for names in modules for one in findings([Path(explorer.__file__).with_name(name) for name in names])]
+    modules = [[Path(explorer.__file__).with_name(name) for name in names] for names in modules]
+    found = [one for scripts in (*modules, [*LAB_EXTENSIONS.rglob("*.js")]) for one in findings(scripts)]
     for one in found:
         print(one)
     return 1 if found else 0

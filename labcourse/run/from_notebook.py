@@ -85,7 +85,8 @@ def is_saved(folder: Path, cell: str) -> bool:
     history = getattr(getattr(_shell(), "history_manager", None), "input_hist_raw", None)
     if not history or not CELL_ID.fullmatch(cell):
         return True
-    return any((cell, history[-1]) in _cells(path) for path in sorted(folder.glob("*.ipynb")))
+    saved = (saved_cells(path) for path in sorted(folder.glob("*.ipynb")))
+    return any((cell, history[-1]) == (identity, source) for cells in saved for identity, _kind, source in cells)
 
 
 def report_of(catalogue: Catalogue, notebook: str) -> str:
@@ -113,14 +114,14 @@ def _shell() -> Any:
     return None if ipython is None else ipython.get_ipython()
 
 
-def _cells(path: Path) -> set[tuple[str, str]]:
-    """Return ids and sources of a notebook's cells; none if it cannot be read."""
+def saved_cells(path: Path) -> list[list[str]]:
+    """Return id, type and source of each cell of a notebook; none if it cannot be read."""
     from labcourse.answers.notebooks import Notebook, NotebookError
 
     try:
-        return {(cell.id, cell.source) for cell in Notebook.read(files.read(path)).cells}
+        return [[cell.id, cell.kind, cell.source] for cell in Notebook.read(files.read(path)).cells]
     except (OSError, NotebookError):
-        return set()
+        return []
 
 
 def cell_now() -> str:

@@ -63,7 +63,7 @@ function render({ model, el }) {
       button.textContent = label;
       button.dataset.name = name;
       button.addEventListener("click", () => {
-        tell({ kind: "press", name, saved: notebook?.model ? !notebook.model.dirty : null });
+        tell({ kind: "press", name, saved: notebook?.model ? !notebook.model.dirty || sources(notebook) : null });
       });
     }
   };
@@ -83,6 +83,11 @@ function render({ model, el }) {
     notebook?.saveState?.disconnect(saving);
     for (const [name, act] of Object.entries(events)) model.off(name, act);
   };
+}
+
+// A notebook that was only run is not saved either, but what counts of it is.
+function sources({ model }) {
+  return Array.from(model.cells, (cell) => [cell.id, cell.type, cell.sharedModel.getSource()]);
 }
 
 async function show(node, html, rendermime) {

@@ -96,6 +96,7 @@ class CourseBar(Live):
     text : the same in short, for where there are no widgets
     commands : command → its label
     start : (command) → lines that the program prints
+    is_saved : (id, type and source of each cell) → whether the notebook's file has the same
     """
 
     _esm = _HERE / "course_bar.js"
@@ -106,9 +107,14 @@ class CourseBar(Live):
     output = traitlets.Dict().tag(sync=True)  #: {"title", "text", "notice", "busy"} of the command that ran last
 
     def __init__(
-        self, draw: Callable[[], str], text: str, commands: Mapping[str, str], start: Callable[[str], Iterator[str]]
+        self,
+        draw: Callable[[], str],
+        text: str,
+        commands: Mapping[str, str],
+        start: Callable[[str], Iterator[str]],
+        is_saved: Callable[[list[list[str]]], bool],
     ) -> None:
-        self._draw, self._text, self._start = draw, text, start
+        self._draw, self._text, self._start, self._is_saved = draw, text, start, is_saved
         self._notice = ""  # on the command that runs
         super().__init__()
         self.commands = dict(commands)
@@ -122,7 +128,8 @@ class CourseBar(Live):
         """Take an event of the page: it looks again, or a button was pressed."""
         try:
             if event.get("kind") == "press":
-                self.press(str(event.get("name")), event.get("saved"))
+                saved = event.get("saved")
+                self.press(str(event.get("name")), self._is_saved(saved) if isinstance(saved, list) else saved)
             self.refresh()
         except Exception as error:
             self.output = {**self.output, "notice": no_escapes(str(error))}

@@ -91,8 +91,8 @@ def _packed_and_checked(folder, name):
 
 
 def _session(folder, name):
-    assert from_notebook._cells(folder / FIRST)
-    from_notebook._cells(folder / BROKEN)
+    assert from_notebook.saved_cells(folder / FIRST)
+    from_notebook.saved_cells(folder / BROKEN)
     try:
         course_file.bench_policy(folder)
         reflection.silence(course_file.of(folder), datetime.now().astimezone())
