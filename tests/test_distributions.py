@@ -75,6 +75,8 @@ def test_together_they_hold_every_module_once(wheels):
     assert {f"rotflex/course/notebooks/{path.name}" for path in (ROOT / "notebooks").glob("*.ipynb")} <= laboratory
     assert "rotflex/figures/drawings/joint_angles.svg" in laboratory
     assert {"labcourse/scene/explorer.js", "labcourse/grading/reports/templates/feedback.html"} <= engine
+    extension = "labcourse/jupyter/labextensions/labcourse"
+    assert {f"{extension}/package.json", f"{extension}/static/opening.js"} <= engine
 
 
 @pytest.mark.parametrize("package", ["rotflex", "labcourse"])
