@@ -10,7 +10,9 @@ from checkout import ROOT
 
 PARTS = {"classes", "contenders", "memory", "plain_python"}  # of others, which run them
 SANDBOXED = {"class_of_300", "grading", "honest", "twice_a_week", "versions"}
-MARKS = dict.fromkeys(SANDBOXED, pytest.mark.isolation) | {"explorers": pytest.mark.browser}
+MARKS = dict.fromkeys(SANDBOXED, pytest.mark.isolation) | {
+    name: pytest.mark.browser for name in ("explorers", "starts")
+}
 WHOLE = {"check"}  # has no smaller form than the course
 PROGRAMS = sorted({path.stem for path in (ROOT / "benchmarks").glob("*.py")} - PARTS)
 
