@@ -288,6 +288,18 @@ def with_motor(case):
     return np.linalg.eigvals(own_voltage_model(case.own, case.bench.servo)[0])
 
 
+#: To be compared with answers to question 2.17.
+STEADY_SPEED = r"""When the servo turns steadily forward,
+
+$$ a\,V_m-b\,\dot\theta = B_{eq}\,\dot\theta + F
+\qquad\Longrightarrow\qquad
+\dot\theta=\frac{a}{b+B_{eq}}\left(V_m-\frac{F}{a}\right) . $$
+
+Viscous friction changes the **slope** of this line. So does the motor: a wrong slope can have two causes. Coulomb
+friction **shifts** the line: the speed is smaller by the same amount at every voltage, and zero at $F/a$. Of the seven
+causes, only Coulomb friction does this. If the speed backward differs from the forward one, the friction is not the
+same in both directions."""
+
 VALIDATION = {
     "2.13": {"state_space": StateSpaceFunction()},
     "2.14": {
@@ -327,7 +339,7 @@ VALIDATION = {
         "comparison": ForAPerson(),
     },
     "2.17": {
-        "reason": ForAPerson(),
+        "reason": ForAPerson(compare=STEADY_SPEED),
     },
     "2.18": {
         "poles": PolesFrom(

@@ -34,8 +34,14 @@ EVALUATION_ERRORS = (LookupError, ArithmeticError, ValueError, RuntimeError, Cou
 
 @dataclass(frozen=True)
 class ForAPerson:
-    """An answer in words, or a report as a whole. The course's rubric says what to look for in it."""
+    """An answer in words, or a report as a whole. The course's rubric says what to look for in it.
 
+    Attributes
+    ----------
+    compare : Markdown, which students read beside their answer when a person has marked it; "" for nothing
+    """
+
+    compare: str = ""
     kinds = ("prose", WHOLE)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:

@@ -23,6 +23,7 @@ from labcourse.grading.reports import drawn_figure, markdown
 from labcourse.grading.reports.result import Result, sums
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.settings import FeedbackSettings
+from labcourse.grading.verdicts import Key
 from labcourse.sentences import sentence
 
 _GOOD = (Status.RIGHT, Status.BY_A_PERSON)
@@ -52,7 +53,7 @@ def page(
     grades = [one for one in account.assignments if one.title]
     works = {work.notebook: work for one in grades for work in one.works}
     blank = {name for name, work in works.items() if work.is_blank and not answer_link}
-    questions = [one for one in shown_questions(result, course.catalogue) if one["question"].notebook not in blank]
+    questions = [one for one in shown_questions(result, course) if one["question"].notebook not in blank]
     sections = groupby(questions, key=lambda one: (one["question"].section, one["question"].notebook))
     context = {
         "result": result,
@@ -96,8 +97,9 @@ def _look_again(
     return [(one, max(one["marks"], key=lost)) for points_lost, one in found[:_MOST] if points_lost > 0]
 
 
-def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]]:
+def shown_questions(result: Result, course: Course) -> list[dict[str, Any]]:
     """Return what the template needs of each question, in the order of the marks."""
+    catalogue = course.catalogue
     figures, predicted = figures_of(result.run, catalogue), predictions_of(result.run, catalogue)
     shown = []
     for number, group in groupby(result.marks, key=lambda mark: mark.question):
@@ -112,7 +114,7 @@ def shown_questions(result: Result, catalogue: Catalogue) -> list[dict[str, Any]
                 "anchor": anchor(number),
                 "marks": marks,
                 "sums": sums(marks),
-                "parts": [_part(mark, question, figures, result.run.words) for mark in marks],
+                "parts": [_part(mark, question, figures, result.run.words, course.key) for mark in marks],
                 "comments": comments,
                 "predicted": predicted.get(number),
                 "is_folded": all_right and not comments,
@@ -128,16 +130,21 @@ def anchor(number: str) -> str:
 
 
 def _part(
-    mark: Mark, question: Question, figures: Mapping[tuple[str, str], Markup], texts: Mapping[str, Any]
+    mark: Mark, question: Question, figures: Mapping[tuple[str, str], Markup], texts: Mapping[str, Any], key: Key
 ) -> dict[str, Any]:
-    """Return what the template needs of a part: ``answer`` is HTML, if there is any; else ``text`` is shown."""
+    """Return what the template needs of a part: ``answer`` is HTML, if there is any; else ``text`` is shown.
+
+    The key's text to compare with an answer in words is in it when a person has marked the answer.
+    """
     part = next((part for part in question.parts if part.name == mark.part), None)
     kind, prompt = ("", "") if part is None else (part.kind, part.prompt)
     written = texts.get(mark.question, {}).get(mark.part)
     answer = figures.get(mark.where) if written is None else markdown.answer_as_html(written)
     # A report as a whole is made of texts that are on the page already.
     text = report_files.named_in(mark.given) if kind == WHOLE else report_files.without_digests(mark.given)
-    return {"mark": mark, "kind": kind, "prompt": prompt, "answer": answer, "text": text}
+    compare = getattr(key.get(mark.question, {}).get(mark.part), "compare", "")
+    shown = markdown.as_html(compare) if compare and mark.status == Status.BY_A_PERSON else None
+    return {"mark": mark, "kind": kind, "prompt": prompt, "answer": answer, "text": text, "compare": shown}
 
 
 def figures_of(

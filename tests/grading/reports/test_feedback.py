@@ -16,6 +16,7 @@ from PIL import Image
 from labcourse import clock
 from labcourse.answers.catalogue import Catalogue
 from labcourse.grading.gradebook import CommentRecord, GivenMark, RunRecord
+from labcourse.grading.marking.checks import ForAPerson
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.reports import feedback
 from labcourse.grading.settings import MarkSettings
@@ -170,6 +171,13 @@ def test_words_from_text_cells_are_rendered_in_place_of_their_source():
 
 
 EVIL = "<script>alert(1)</script><img src=x onerror=y>\"'--><style>*{display:none}</style>"
+
+
+@pytest.mark.parametrize(("status", "shown"), [(Status.BY_A_PERSON, True), (Status.FOR_A_PERSON, False)])
+def test_the_keys_text_to_compare_with_comes_when_a_person_has_marked_the_answer(status, shown):
+    key = {**COURSE.key, "2.11": {**COURSE.key["2.11"], "explanation": ForAPerson(compare="The **base** moves.")}}
+    text = page(OMEGA, replace(WHY, status=status), course=replace(COURSE, key=key))
+    assert ("The <strong>base</strong> moves." in text) is shown
 
 
 def test_whatever_a_student_can_put_in_is_escaped():
