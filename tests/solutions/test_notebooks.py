@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
 import nbformat
 import pytest
 from checkout import ROOT
+
+from rotflex.course.questions import CATALOGUE
 
 SOLUTIONS = sorted((ROOT / "solutions").glob("*.ipynb"))
 FOR_STUDENTS = [path for path in SOLUTIONS if not path.name.startswith("9")]
@@ -74,3 +77,28 @@ class TestEverySolutionForStudents:
             assert data["grade_id"] == cell.id
             assert data["locked"] is not (data["solution"] or "open" in tags(cell))
             assert ("### BEGIN SOLUTION" in cell.source) is data["solution"], cell.id
+
+
+def asked_of_a_lab(code: str) -> list[tuple[str, str]]:
+    """Return question and part of each answer that code reads: ``lab.has("2.11", "omega_n")``, ``lab.value(...)``."""
+    read = [
+        [argument.value for argument in node.args[:2] if isinstance(argument, ast.Constant)]
+        for node in ast.walk(ast.parse(code))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("has", "value")
+    ]
+    return [(question, part) for question, part in (each for each in read if len(each) == 2)]
+
+
+def test_no_text_of_a_release_depends_on_an_answer_in_words():
+    released = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "rotflex").rglob("*.py"))]
+    for path in FOR_STUDENTS:
+        released += [cell.source for cell in cells(path) if cell.cell_type == "code" and "%" not in cell.source[:1]]
+    read = {where for code in released for where in asked_of_a_lab(code)}
+    in_words = {
+        (question.number, part.name)
+        for question in CATALOGUE.everything.values()
+        for part in question.parts
+        if part.kind == "prose"
+    }
+    assert ("2.12", "K_s") in read
+    assert not read & in_words
