@@ -102,3 +102,24 @@ def test_no_text_of_a_release_depends_on_an_answer_in_words():
     }
     assert ("2.12", "K_s") in read
     assert not read & in_words
+
+
+@pytest.mark.parametrize("path", FOR_STUDENTS, ids=lambda path: path.stem)
+def test_an_answer_cell_runs_as_it_is_and_answers_nothing(path):
+    """Names are preset to None, and nothing outside a function is read but these names and imports."""
+    imported = set()
+    for cell in (cell for cell in cells(ROOT / "notebooks" / path.name) if cell.cell_type == "code"):
+        body = ast.parse(cell.source).body
+        aliases = [alias for node in body if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names]
+        imported |= {(alias.asname or alias.name).partition(".")[0] for alias in aliases}
+        bound = set(imported)
+        for node in body if answer_cell(cell) else ():
+            if isinstance(node, ast.FunctionDef):
+                bound.add(node.name)
+                continue
+            names = [name for name in ast.walk(node) if isinstance(name, ast.Name)]
+            assert {name.id for name in names if isinstance(name.ctx, ast.Load)} <= bound, cell.id
+            bound |= {name.id for name in names if isinstance(name.ctx, ast.Store)}
+            if isinstance(node, ast.Assign) and not isinstance(node.value, ast.Call):
+                values = {value.value for value in ast.walk(node.value) if isinstance(value, ast.Constant)}
+                assert values == {None}, cell.id
