@@ -41,7 +41,7 @@ _HIDDEN_MARKUP = re.compile(r"<details\b.*?</details>|<!--.*?-->|</?[a-z][^<>]*>
 _HEADING = re.compile(r"(#{1,6}) ")
 _PICTURE = re.compile(r"!\[")
 _TIME_IN_TITLE = re.compile(r"about (\d+) minutes")
-_TIME_IN_TABLE = re.compile(r"^\| *`(?P<notebook>\w+)` *\|.*\| *(?P<minutes>\d+) min\b", re.MULTILINE)
+_TIME_IN_TABLE = re.compile(r"^\| *\[?`(?P<notebook>\w+)`[^|]*\|.*\| *(?P<minutes>\d+) min\b", re.MULTILINE)
 
 
 @dataclass(frozen=True)
