@@ -223,7 +223,7 @@ def lines(checked: Checked, notebook: str = "", everything: bool = False) -> Ite
     yield from ("", checked.summary)
     counts = Counter(part.state for part in checked.parts if part.state in GOOD)
     if counts:
-        yield f"Well done: of your answers, {', '.join(f'{count} {state}' for state, count in counts.items())}."
+        yield f"Well done, these answers are there: {', '.join(f'{count} {state}' for state, count in counts.items())}."
     blocks = {
         "Look at this first": (_MOST_NOTES, sentences(checked.advice)),
         "By notebook": (_MOST_LINES, [*_by_notebook(checked, "" if everything else notebook)]),
