@@ -263,7 +263,7 @@ def test_a_start_that_waited_for_a_busy_python_is_not_carried_out_at_a_bench_tha
     event(console, "set", "experiment", value="free decay", at=now)
     event(console, "press", "start", at=now - 30_000)
     assert console._run is None
-    assert "Press it again" in rows(console, "State")[""][0]
+    assert "Do it again" in rows(console, "State")[""][0]
     live.set("experiment", "watch")
     monkeypatch.setattr(live, "_experiment", lambda: lambda bench: experiments.watch(bench, 0.1, progress=False))
     event(console, "press", "start", at=1000 * (time.time() - skew))
