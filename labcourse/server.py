@@ -27,11 +27,7 @@ SETTINGS = {
     "Application": {"log_level": "ERROR"},
     "ContentsManager": {"pre_save_hook": "labcourse.scene.saved_explorers.with_pictures"},
     "KernelSpecManager": {"kernel_spec_class": "labcourse.server.SafeKernelSpec"},
-    "LabApp": {
-        "extra_labextensions_path": [str(LAB_EXTENSIONS)],
-        "news_url": "",
-        "check_for_updates_class": "jupyterlab.NeverCheckForUpdate",
-    },
+    "LabApp": {"news_url": "", "check_for_updates_class": "jupyterlab.NeverCheckForUpdate"},
     "ServerApp": {"kernel_websocket_connection_class": "labcourse.server.PromptConnection"},
 }
 _TOKENS = ("JUPYTER_TOKEN", "JUPYTER_TOKEN_FILE")
@@ -86,8 +82,7 @@ class CourseServer(ServerApp):
         self.allow_root = self.allow_root or self.ip in _LOCAL
         has_screen = sys.platform in ("win32", "darwin", "cygwin") or any(map(os.environ.get, _SCREENS))
         self.open_browser = self.open_browser and has_screen  # else a browser for terminals takes over this terminal
-        first = urllib.parse.unquote(self.default_url.partition("/lab/tree/")[2])
-        if first:
+        if first := urllib.parse.unquote(self.default_url.partition("/lab/tree/")[2]):
             self.io_loop.add_callback(self._start_kernel, first)
         super().start_app()
         # An earlier callback of this loop begins to listen.
@@ -128,6 +123,7 @@ def run(folder: Path, options: list[str]) -> None:
     first = min((path.name for path in folder.glob("*.ipynb")), default="")
     config = Config(SETTINGS)
     config.ServerApp.root_dir = str(folder.resolve())
+    config.LabApp.extra_labextensions_path = [str(LAB_EXTENSIONS)]
     config.LabApp.default_url = f"/lab/tree/{urllib.parse.quote(first)}" if first else "/lab"
     CourseServer.instance(config=config, jpserver_extensions={"jupyterlab": True})  # LabApp takes this instance
     LabApp.launch_instance(argv=options)

@@ -6,7 +6,7 @@ be a stranger's, as an instructor opens it: nothing of it is run but what the in
 
 from __future__ import annotations
 
-import ast
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,11 +17,14 @@ from IPython.display import JSON
 
 from labcourse import benches, course_file, courses, job
 from labcourse.errors import ConfigurationError
+from labcourse.patterns import CELL, pattern
 
 VIRTUAL = "virtual"  #: the address of a bench that only this computer computes, or what such addresses begin with
-CHANGED = "Nothing ran by itself, because the cells at the top of this notebook are not as your course has them."
-REAL = "Nothing ran by itself, because the bench may be a real one."
-KEY = "Read the cells at the top. Then click into the first one, and press Shift+Enter {count} times."
+KEY = "To begin, click into the first cell and press Shift+Enter {count} times."
+CHANGED = "Read the cells at the top first: your course has others there, so nothing ran by itself."
+REAL = "The bench may be a real one, so nothing ran by itself."
+
+_ASSIGNED = pattern(r"""(\w+) *= *(?:"([^"\\]*)"|'([^'\\]*)') *(?:#.*)?""", CELL)  # a text to a name, on one line
 
 granted: set[str] = set()  #: sources of the cells that the page runs by itself; a second page runs nothing
 
@@ -39,68 +42,54 @@ def begin(asked: str) -> JSON:
         ``{"run": positions among the cells}``, or ``{"say": sentence}``, or neither for what is no course's notebook
         and for a kernel that is in use.
     """
-    shell = get_ipython()
     name, cells = json.loads(asked)
-    master = None if granted or job.STUDENT or shell is None or shell.execution_count > 1 else _master(name)
-    if master is None:
+    shell = get_ipython()
+    first = [] if granted or job.STUDENT or shell is None or shell.execution_count > 1 else _first(name)
+    if not first:
         return JSON({})
-    first = _first(master)
     found = [[at for at, (cell, _source) in enumerate(cells) if cell == wanted["id"]] for wanted in first]
-    sources = [cells[at[0]][1] if len(at) == 1 else "" for at in found]
-    key = KEY.format(count=len(first))
-    if not all(map(_is_as_released, first, sources)):
-        return JSON({"say": f"{CHANGED} {key}"})
-    if not _is_virtual(sources):
-        return JSON({"say": f"{REAL} {key}"})
+    sources = [cells[places[0]][1] if len(places) == 1 else "" for places in found]
+    reason = REAL if all(map(_is_as_released, first, sources)) else CHANGED
+    if reason == CHANGED or not _is_virtual(sources):
+        return JSON({"say": f"{KEY.format(count=len(first))} {reason}"})
     granted.update(sources)
-    return JSON({"run": [at[0] for at in found]})
+    return JSON({"run": [places[0] for places in found]})
 
 
-def _master(name: str) -> dict[str, Any] | None:
-    """Return the installed course's notebook of this name; None in a folder that is not this course's."""
+def _first(name: str) -> list[dict[str, Any]]:
+    """Return the first code cells of the installed course's notebook of this name.
+
+    These are the cells down to the set-up cell, and those between it and the next text. There are none in a folder
+    that is not this course's.
+    """
     try:
         current = courses.current()
-        if course_file.courses_of(Path.cwd()) != [courses.name_of(current.package)]:
-            return None
         path = current.notebooks / Path(name).name
-        return dict(json.loads(path.read_text(encoding="utf-8"))) if path.is_file() else None
+        if course_file.courses_of(Path.cwd()) != [courses.name_of(current.package)] or not path.is_file():
+            return []
     except ConfigurationError:
-        return None
+        return []
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    setup = next((at for at, cell in enumerate(cells) if cell["id"] == "setup"), len(cells))
+    after = itertools.takewhile(_is_code, cells[setup:])
+    return [*filter(_is_code, cells[:setup]), *after] if setup < len(cells) else []
 
 
-def _first(master: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the code cells down to the set-up cell, and those between it and the text after it."""
-    first: list[dict[str, Any]] = []
-    for cell in master["cells"]:
-        if cell["cell_type"] == "code":
-            first.append(cell)
-        elif any(before["id"] == "setup" for before in first):
-            break
-    return first
+def _is_code(cell: Mapping[str, Any]) -> bool:
+    return bool(cell["cell_type"] == "code")
 
 
 def _is_as_released(cell: Mapping[str, Any], source: str) -> bool:
     """Check whether a cell has its released source; of parameters, the texts that are assigned may differ."""
     released = "".join(cell["source"])
-    if source == released:
-        return True
-    texts = _texts(source) if "parameters" in cell["metadata"].get("tags", ()) else None
-    return texts is not None and [*texts] == [*(_texts(released) or ())]
+    is_parameters = "parameters" in cell["metadata"].get("tags", ())
+    return source == released or (is_parameters and [*_texts(source)] == [*_texts(released)] != [])
 
 
-def _texts(source: str) -> dict[str, str] | None:
-    """Return the texts that a source assigns to names; None if it does anything else."""
-    texts = {}
-    try:
-        for statement in ast.parse(source).body:
-            match statement:
-                case ast.Assign(targets=[ast.Name(id=name)], value=ast.Constant(value=str(text))):
-                    texts[name] = text
-                case _:
-                    return None
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return None
-    return texts
+def _texts(source: str) -> dict[str, str]:
+    """Return the texts that a source assigns to names; none if it does anything else."""
+    found = [_ASSIGNED.fullmatch(line) for line in source.splitlines() if line.strip()]
+    return {match[1]: match[2] or match[3] or "" for match in found if match} if all(found) else {}
 
 
 def _is_virtual(sources: Sequence[str]) -> bool:
@@ -109,5 +98,5 @@ def _is_virtual(sources: Sequence[str]) -> bool:
         policy = course_file.bench_policy(Path.cwd())
     except ConfigurationError:
         return False
-    addresses = [(_texts(source) or {}).get("bench", VIRTUAL) for source in sources]
+    addresses = [_texts(source).get("bench", VIRTUAL) for source in sources]
     return policy.which != benches.REAL and all(address.partition(":")[0] == VIRTUAL for address in addresses)

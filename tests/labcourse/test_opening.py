@@ -19,11 +19,18 @@ FIRST = ["parameters", "setup", "play"]
 OPTIONAL = ("gmpy2", "flint")  # sympy imports them where there are such modules
 BENCHES = [
     ('student = "ada"\nbench = "virtual:?seed=7"', True),
+    ("student = 'a'  # print()\n\nbench='virtual'", True),
     ('student = ""\nbench = "quanser:q2_usb"', False),
     ('student = ""\nbench = "virtually://real"', False),
     ('student = ""\nbench = "virtual"\nprint()', None),
     ('student = print()\nbench = "virtual"', None),
     ('student = f"{print()}"\nbench = "virtual"', None),
+    ('student = "\\x61"\nbench = "virtual"', None),
+    ('student = ""; print()\nbench = "virtual"', None),
+    ('student = "" "" + print("")\nbench = "virtual"', None),
+    ('student = ""\rprint()\nbench = "virtual"', None),
+    ('student = """"\nbench = "virtual"', None),
+    ('!ls = ""\nbench = "virtual"', None),
     ('student = ""', None),
     ('student = ""\nbench = "virtual', None),
 ]
@@ -51,7 +58,7 @@ def begun(cells, name=NOTEBOOK):
     answer = opening.begin(json.dumps([name, cells])).data
     assert len(answer) <= 1
     reasons = {opening.CHANGED: "changed", opening.REAL: "real"}
-    said = [reason for text, reason in reasons.items() if answer.get("say", "").startswith(text)]
+    said = [reason for text, reason in reasons.items() if text in answer.get("say", "")]
     return [cells[at][0] for at in answer["run"]] if "run" in answer else said[0] if said else None
 
 

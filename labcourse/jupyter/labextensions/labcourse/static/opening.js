@@ -6,7 +6,7 @@
 const OPENING = '__import__("sys").modules["labcourse.jupyter.opening"]'; // imports nothing: other kernels lack it
 const STARTING = "Python is starting. The cell runs as soon as Python is there.";
 const ALL = /^notebook:(run-all-(cells|above)|restart-run-all|restart-and-run-to-selected)$/; // run the first cells, too
-const LOOK = "min-height: 3.8em; padding: 0 12px; overflow: auto; line-height: 1.4; border-left: 5px solid;"
+const LOOK = "padding: 0 12px; overflow: auto; line-height: 1.4; border-left: 5px solid;"
   + " color: var(--jp-ui-font-color1); background: var(--jp-layout-color2);";
 
 const opened = new WeakSet(); // sessions; a notebook in two views has one
@@ -37,7 +37,12 @@ function notice(widget, panel) {
   panel.contentHeader.addWidget(widget);
   const say = (text) => {
     widget.node.textContent = text;
+    widget.node.style.minHeight = "1.4em";
     widget.setHidden(!text);
+    requestAnimationFrame(() => { // its width is known
+      widget.node.style.minHeight = `${widget.node.scrollHeight}px`;
+      panel.contentHeader.fit();
+    });
   };
   say("");
   return say;
