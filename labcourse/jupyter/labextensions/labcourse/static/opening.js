@@ -53,6 +53,7 @@ function watch(app, panel, session, say) {
   let free = null; // ends the wait of cells that were run before Python is there
   let ready;
   let asked = false;
+  let opening = 0; // questions that the kernel has not answered
   let all = null;
   let toRun = 0; // cells until the notice has done its work
 
@@ -82,6 +83,7 @@ function watch(app, panel, session, say) {
   };
   const open = async (kernel) => {
     hold();
+    opening += 1;
     try {
       await panel.context.ready;
       const cells = panel.content.widgets.filter(({ model }) => model.type === "code");
@@ -96,19 +98,22 @@ function watch(app, panel, session, say) {
       }
       if (text) tell(text, 3);
     } catch { /* this kernel cannot say: it is gone, or of another language */ }
-    end();
+    opening -= 1;
+    if (!opening) end();
   };
 
-  app.commands.commandExecuted.connect((_, { id, result }) => {
+  const heard = (_, { id, result }) => {
     if (!ALL.test(id) || app.shell.currentWidget !== panel) return;
     all = result;
     const over = () => { if (all === result) all = null; };
     result.then(over, over);
-  });
+  };
+  app.commands.commandExecuted.connect(heard);
+  panel.disposed.connect(() => app.commands.commandExecuted.disconnect(heard));
   session.kernelChanged.connect((_, { newValue }) => { if (newValue) open(newValue); });
   session.statusChanged.connect((_, status) => {
     if (status === "restarting") hold();
-    if (status === "dead") end();
+    if (status === "dead" || (status === "idle" && !opening)) end(); // another page may have restarted it
   });
   session.iopubMessage.connect((_, { header }) => {
     if (header.msg_type === "execute_input" && toRun && !--toRun) say("");
