@@ -16,11 +16,6 @@ def number_of(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def plural(count: int, singular: str, plural: str) -> str:
-    """Return the form that a count needs: ``plural(2, "{count} curve", "{count} curves")`` is "2 curves"."""
-    return (singular if count == 1 else plural).format(count=count)
-
-
 def shortened(text: str, most: int = LONGEST) -> str:
     """Return the beginning of a text of at most so many characters, in one line."""
     return textwrap.shorten(text, most, placeholder="…")

@@ -23,7 +23,7 @@ from labcourse.answers.cell_reports import CellError, CellReport, CellReports, R
 from labcourse.answers.json_values import UNWRITABLE, show_number
 from labcourse.answers.parts import Part
 from labcourse.errors import AnswerError
-from labcourse.messages import plural
+from labcourse.messages import number_of
 
 MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
 _CURVE_SAMPLES = 10**9  # two weeks at 1 kHz
@@ -196,7 +196,7 @@ class ProseAnswer(Model):
 
     def show(self, _part: Part) -> str:
         """Count its words."""
-        return f": {plural(len(self.value.split()), '{count} word', '{count} words')}"
+        return f": {number_of(len(self.value.split()), 'word')}"
 
 
 class SymbolicAnswer(Model):
@@ -262,7 +262,7 @@ class FunctionAnswer(Model):
 
     def show(self, _part: Part) -> str:
         """Count the inputs."""
-        return f": a function, tried on {plural(len(self.outputs), '{count} input', '{count} inputs')}"
+        return f": a function, tried on {number_of(len(self.outputs), 'input')}"
 
 
 class StoredCurve(Model):
@@ -304,8 +304,8 @@ class FigureAnswer(Model):
 
     def show(self, _part: Part) -> str:
         """Count diagrams and curves."""
-        curves = plural(sum(len(axis.lines) for axis in self.axes), "{count} curve", "{count} curves")
-        return f": {plural(len(self.axes), '{count} diagram', '{count} diagrams')}, {curves}"
+        curves = number_of(sum(len(axis.lines) for axis in self.axes), "curve")
+        return f": {number_of(len(self.axes), 'diagram')}, {curves}"
 
 
 class StoredChannel(Model):
@@ -339,7 +339,7 @@ class RecordingAnswer(Model):
 
     def show(self, _part: Part) -> str:
         """Describe it, as in ": 15 s, 3 channels"."""
-        channels = plural(len(self.channels), "{count} channel", "{count} channels")
+        channels = number_of(len(self.channels), "channel")
         return f": {(self.n - 1) * self.sample_time:.3g} s, {channels}"
 
 
