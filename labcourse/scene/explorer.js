@@ -75,8 +75,8 @@ class View {
 
   // --- messages -----------------------------------------------------------------------------------------------------
 
-  tell(told) {
-    const event = { at: Date.now(), ...told }; // when it happened, however long it waits here
+  tell(given) {
+    const event = { at: Date.now(), ...given }; // when it happened, however long it waits here
     if (this.open) {
       if (event.kind !== "press") {
         const other = this.pending && (this.pending.name !== event.name || this.pending.kind !== event.kind);
