@@ -1,8 +1,8 @@
 """Which cells run by themselves when a notebook opens: the course's first ones, as the installed release has them.
 
-The page (``labextensions/labcourse/static/opening.js``) asks in the kernel, and runs the cells that :func:`begin` names. A
-notebook may be a stranger's, as an instructor opens it: nothing of it is run but what the installed course has, byte
-for byte.
+The page (``labextensions/labcourse/static/opening.js``) asks in the kernel, and runs the cells that :func:`begin`
+names. A notebook may be a stranger's, as an instructor opens it: nothing of it is run but what the installed course
+has, byte for byte.
 """
 
 from __future__ import annotations

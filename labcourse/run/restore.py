@@ -20,10 +20,11 @@ from typing import Any
 from labcourse import benches, course_file, courses, files
 from labcourse.answers import own_files
 from labcourse.answers.notebooks import CODE, Notebook, NotebookError
-from labcourse.answers.words import KEY
+from labcourse.answers.words import KEY, where_of, written
 from labcourse.errors import CheckError, ConfigurationError
 from labcourse.files import COURSE_FILE
 from labcourse.patterns import CELL_ID
+from labcourse.problems import Code
 from labcourse.run import alignment
 from labcourse.run.alignment import Happened, Placed, Role, source_of
 
@@ -192,6 +193,9 @@ def mend(data: bytes, master: Mapping[str, Any], release: str = "") -> tuple[dic
             "no answer cells any more, but still there as your own; copy what new cells ask for": of_other.dropped,
             "the course has another text for these now; yours stays, a fresh copy has theirs": of_other.theirs,
         }
+    messages["moved what was written into the course's text to the answer cell below it"] = _move_words(
+        notebook, master
+    )
     lines += [f"{message}: {', '.join(dict.fromkeys(cells))}" for message, cells in messages.items() if cells]
     version = (notebook.get("nbformat"), notebook.get("nbformat_minor"))
     if not all(isinstance(number, int) for number in version) or version < _VERSION:
@@ -205,6 +209,18 @@ def mend(data: bytes, master: Mapping[str, Any], release: str = "") -> tuple[dic
     if release and notebook != json.loads(data):
         lines.insert(0, f"now with the course's text of the release {release}; your answers are as they were")
     return notebook, lines
+
+
+def _move_words(notebook: dict[str, Any], master: Mapping[str, Any]) -> list[str]:
+    """Move answers that stand in the course's text, which is restored, to their cells; return the ids of these."""
+    found, moved = written(master["cells"], Notebook(notebook).cells, with_pictures=False), []
+    notes = (note.parameters for note in found.notes if note.code == Code.TEXT_IN_QUESTION)
+    places = {(note["question"], note["part"]) for note in notes}
+    for cell in notebook["cells"]:
+        if (where := where_of(cell)) in places:
+            cell["source"] = f"{source_of(cell)}\n\n{found.words[where].text}"
+            moved.append(cell["id"])
+    return moved
 
 
 def _put_right(notebook: dict[str, Any], master: Sequence[Mapping[str, Any]]) -> None:

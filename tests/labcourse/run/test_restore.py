@@ -70,6 +70,20 @@ def test_what_a_student_set_in_the_metadata_stays_and_a_lost_lock_comes_back():
     assert done["cells"][2]["metadata"] == {"collapsed": True, **master["cells"][2]["metadata"]}
 
 
+def test_words_in_the_courses_text_go_into_the_answer_cell_before_that_text_is_given_back():
+    master = copy.deepcopy(MASTER)
+    about = {**answer("q3", "")["metadata"], "labcourse": {"question": "3", "part": "why"}}
+    why = {**text("q3", "*Double-click here*"), "metadata": about}
+    master["cells"][-1:-1] = [text("q3-text", "Why does it swing?"), why]
+    own = copy.deepcopy(master)
+    own["cells"][-3]["source"] += "\n\nThe spring pulls it back."
+    done, lines = restore.mend(saved(own), master)
+    assert done["cells"][-3]["source"] == "Why does it swing?"
+    assert done["cells"][-2]["source"] == "*Double-click here*\n\nThe spring pulls it back."
+    assert lines[-1].endswith(": q3")
+    assert restore.mend(saved(done), master) == (done, [])
+
+
 def test_an_answer_that_was_made_text_is_code_again_but_not_where_a_picture_would_be_lost():
     own = worked()
     own["cells"][4] = {"cell_type": "markdown", "id": "q1", "metadata": {}, "source": "k = 3.5"}
