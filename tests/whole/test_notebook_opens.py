@@ -36,7 +36,7 @@ def first_ran(page):
 
 def test_a_key_before_python_is_there_runs_after_the_first_cells(jupyterlab, chromium):
     jupyterlab.course("keys")
-    page = chromium.new_page()
+    page = chromium.new_page(viewport={"width": 720, "height": 720})
     page.set_default_timeout(browser.PATIENCE)
     try:
         waiting = []
@@ -55,6 +55,7 @@ def test_a_key_before_python_is_there_runs_after_the_first_cells(jupyterlab, chr
         first_ran(page)
         ran(page, "q2-9", 4)
         page.get_by_text("Python is starting").wait_for(state="hidden")
+        assert page.evaluate("() => window.jupyterapp.shell.leftCollapsed")  # all of a narrow page is the notebook's
     finally:
         page.close()
         browser.end_kernels(jupyterlab.address)

@@ -6,6 +6,7 @@
 const OPENING = '__import__("sys").modules["labcourse.jupyter.opening"]'; // imports nothing: other kernels lack it
 const STARTING = "Python is starting. The cell runs as soon as Python is there.";
 const ALL = /^notebook:(run-all-(cells|above)|restart-run-all|restart-and-run-to-selected)$/; // run the first cells, too
+const NARROW = 1000; // px, of a window that has no room for a list of files beside the notebook
 const LOOK = "padding: 0 12px; overflow: auto; line-height: 1.4; border-left: 5px solid;"
   + " color: var(--jp-ui-font-color1); background: var(--jp-layout-color2);";
 
@@ -22,6 +23,7 @@ const plugin = {
       opened.add(sessionContext);
     };
     app.docRegistry.addWidgetExtension("Notebook", { createNew });
+    app.restored.then(() => { if (window.innerWidth < NARROW) app.shell.collapseLeft?.(); }); // the list of files
   },
 };
 
