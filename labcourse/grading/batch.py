@@ -34,7 +34,8 @@ from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading import counting, graded_run, intake
 from labcourse.grading.assignments import of_course
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import Arrival, Delivery, Gradebook, Graded, Stored, StudentRecord
+from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, Gradebook, Graded, Stored, StudentRecord
+from labcourse.grading.intake.platforms import parse_time
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.marking_processes import Marker, marking_digest
 from labcourse.grading.marks import Mark, Status
@@ -169,7 +170,8 @@ class Batch:
         self._running = defaultdict[str, threading.Lock](threading.Lock)
         self.ignored: list[Reason] = [*collected.ignored, *erased, *self._bundles.problems]
         time_matters = course.settings.dues and course.settings.late.per_day
-        self.doubts = [doubt for doubt in collected.doubts if doubt.about != TIME_RECEIVED or time_matters]
+        self.doubts = [one for one in collected.doubts if one.about != TIME_RECEIVED or (time_matters and one.assumed)]
+        self._undated = {one.submission: one for one in collected.doubts if time_matters and one.about == TIME_RECEIVED}
         present = {caseless(student) for student in (*self.students, *gradebook.handed_in())}
         self.absent = [student.student for student in roster if caseless(student.student) not in present]
 
@@ -254,6 +256,7 @@ class Batch:
         earlier = [row.name for row in self._gradebook.stored(student)]
         for item in submission.items:
             item.assignment = only.title if only else ""
+        self._set_decided_times(submission)
         self._gradebook.deliver(student, submission.items)
         store_common_work(self._gradebook, submission)
         versions = self._versions(submission)
@@ -262,6 +265,22 @@ class Batch:
         submission.problems += intake.unread_problems(submission, earlier) if submission.pieces else []
         submission.items.clear()  # they are stored
         submission.prepared_from = self._prepared_from(submission)
+
+    def _set_decided_times(self, submission: Submission) -> None:
+        """Set the time of files that came before to the one that an instructor decided then, if that decision stands.
+
+        Add a row for the instructor for each hand-in with other files, if only the student's computer says their time.
+        """
+        decisions, zone = self._settings.decisions.items(), self._settings.zone
+        times = {(source, parse_time(text, zone)) for (source, about), text in decisions if TIME_RECEIVED in about}
+        stored = [row for row in self._gradebook.stored(submission.student) if (row.source, row.received) in times]
+        decided = {(row.name, row.digest): row.received for row in stored if row.clock == DECIDED}
+        for item in submission.items:
+            known = decided.get((item.name, item.digest))
+            if known is not None and (item.clock == "" or known < item.received):
+                item.received, item.clock = known, DECIDED
+        undated = {item.source for item in submission.items if item.clock == ""}
+        self.doubts += [self._undated[source] for source in undated & self._undated.keys()]
 
     def _versions(self, submission: Submission) -> Versions:
         """Return the versions of a student's notebooks, of all that the gradebook has of them."""

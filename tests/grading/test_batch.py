@@ -73,6 +73,7 @@ def test_a_time_of_receipt_is_in_doubt_where_lateness_costs_something(fake_class
     settings = replace(fake_class.course.settings, deadlines=deadlines, late=LateSettings(per_day))
     with fake_class.book() as book:
         made = Batch(fake_class.folder / "in", replace(fake_class.course, settings=settings), book, Settings())
+        assert len(list(made.grade())) == 1
     assert [doubt.about for doubt in made.doubts] == [TIME_RECEIVED] * asked
 
 

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import pytest
@@ -14,6 +15,7 @@ from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecor
 from labcourse.grading.intake import find, platforms
 from labcourse.grading.marks import UNDECIDED, Status
 from labcourse.grading.reports import intake_table
+from labcourse.grading.settings import CourseSettings, Deadline, LateSettings
 from labcourse.grading.submission import Doubt
 from labcourse.problems import Code, Problem, has
 from labcourse.sentences import sentence
@@ -59,6 +61,33 @@ def test_a_time_that_an_instructor_decides_is_asked_anew_of_what_is_saved_later(
     assert (found.submissions[0].pieces[0].clock, found.doubts[0].assumed) == ("", "")
     intake_path = fake_class.folder / "intake.csv"
     assert intake_table.write(intake_path, found.doubts, {doubt: "2027-01-02 10:00"}) == 1
+
+
+def test_a_file_that_comes_again_keeps_the_time_that_was_decided_for_it_and_only_others_are_asked_about(fake_class):
+    late = CourseSettings(late=LateSettings(per_day=10), deadlines=(Deadline(due=datetime(2027, 1, 3, tzinfo=UTC)),))
+    course = replace(fake_class.course, settings=late)
+
+    def came(decisions):
+        """When the notebook came, and the rows without a decision."""
+        with fake_class.book() as book:
+            batch = Batch(fake_class.folder / "in", course, book, Settings(decisions=decisions))
+            assert all(step.graded for step in batch.grade())
+            return book.received("ada")["a.ipynb"], [row for row in batch.doubts if not row.assumed]
+
+    fake_class.hand_in("ada")
+    mail = fake_class.folder / "in" / "ada"
+    _arrival, (row,) = came({})
+    decisions, decided = {row.key: "2027-01-02 10:00"}, Arrival(datetime(2027, 1, 2, 10, tzinfo=UTC), DECIDED)
+    assert came(decisions) == (decided, [])
+    os.utime(mail / "a.ipynb", (1e9, 1e9))  # the same attachment, saved again
+    assert came(decisions) == (decided, [])
+    (mail / "data.csv").write_text("1")
+    arrival, (other,) = came(decisions)
+    assert (arrival, other.key != row.key) == (decided, True)
+    assert came(decisions | {other.key: "2027-01-09 10:00"}) == (decided, [])
+    assert came({other.key: "2027-01-09 10:00"})[0].received == datetime(2027, 1, 9, 10, tzinfo=UTC)
+    fake_class.hand_in("ada", source="omega_n = 2")
+    assert came(decisions)[0].clock == ""
 
 
 def test_the_owner_that_an_instructor_decides_has_the_marks_and_the_former_has_none(fake_class):
