@@ -456,8 +456,9 @@ class Act(OfAnswer, Base):
         """Return whether a person's mark on the answer (None if there is none) is the one that this act left."""
         if given is None or self.points is None:
             return given is None and self.points is None
-        mark, own = given.mark, (self.actor, self.out_of, self.remark, self.given)
-        return own == (given.actor, mark.out_of, mark.reason, mark.given) and math.isclose(self.points, mark.points)
+        mark, own = given.mark, (self.actor, self.out_of, self.given)
+        is_same = given.when == self.when or mark.reason == self.remark
+        return is_same and own == (given.actor, mark.out_of, mark.given) and math.isclose(self.points, mark.points)
 
 
 class Claim(Base):
@@ -507,6 +508,11 @@ class Answer:
         """The act that gave the mark that counts; None if the answer waits, or the mark was given otherwise."""
         last = self.last()
         return last if last is not None and last.points is not None and last.still_stands(self.given) else None
+
+    @property
+    def remark(self) -> Reason:
+        """What a person wrote to the student beside the mark that counts; "" if a key gave it alone."""
+        return self.decision.remark if self.decision else self.mark.reason
 
     @property
     def referred(self) -> bool:

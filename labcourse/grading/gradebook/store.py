@@ -871,6 +871,7 @@ class Scores:
         *,
         level: int | None = None,
         remark: str = "",
+        meaning: str = "",
         expected: Mark | None = None,
     ) -> Act:
         """Give points for an answer.
@@ -881,6 +882,7 @@ class Scores:
         points, level : what is given; the level, if any, is stored beside the points
         actor : the scorer
         remark : for the student
+        meaning : what the level means; the student reads it as the reason if there is no remark
         expected : the mark as the scorer saw it; None for any mark
 
         Raises
@@ -891,11 +893,12 @@ class Scores:
         with self._database.writing() as session:
             before = current(session, student)
             mark = before.mark(where)
-            new = decided(mark, points, remark)
+            new = decided(mark, points, remark or meaning)
             check_expected(session, before, mark, expected)
             reason = "scored" if level is None else f"level {level}"
             given = GivenMark(new, actor, clock.now())
-            return _act(session, before, given, reason, where, actor, remark=remark, level=level, points=new.points)
+            done = {"remark": remark, "level": level, "points": new.points, "when": given.when}
+            return _act(session, before, given, reason, where, actor, **done)
 
     def ask(self, student: str, where: Where, actor: str, *, remark: str = "", expected: Mark | None = None) -> Act:
         """Ask the instructor about an answer: it waits until somebody decides, even if it was decided before.
@@ -998,9 +1001,9 @@ def _act(
     where, actor, more : fields of the act
     """
     mark = before.mark(where)
-    usual = {"level": None, "points": None, "remark": "", "referred": False, "undoes": None}
+    usual = {"level": None, "points": None, "remark": "", "referred": False, "undoes": None, "when": clock.now()}
     fields: dict[str, Any] = {**usual, "out_of": mark.out_of, "given": mark.given, **more}
-    act = Act(NEW, before.student.student, *where, actor, when=clock.now(), **fields)
+    act = Act(NEW, before.student.student, *where, actor, **fields)
     replaced = _given_for(session, before, where, act.given)
     act = put(session, before.student.id, act, replaced=replaced and replaced.as_json())
     decide(session, before, where, decision, actor, act.remark or reason, act.given)

@@ -14,6 +14,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
+from urllib.parse import urlencode
 
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.report_files import is_given
@@ -66,6 +67,16 @@ def shuffled(student: str, where: Where) -> str:
 def key_of(student: str, where: Where) -> str:
     """Return the key by which a page names an answer."""
     return shuffled(student, where)[:_KEY]
+
+
+def link(student: str, question: str = "", part: str = "") -> str:
+    """Return the address of a student's answer, or, without a question, of the copy of their feedback.
+
+    It stands behind that of the scoring page.
+    """
+    if not question:
+        return f"student?{urlencode({'id': student})}"
+    return f"answer?{urlencode({'student': student, 'question': question, 'part': part})}"
 
 
 def seen(answer: Answer) -> str:
@@ -126,6 +137,11 @@ class Desk:
         Rounded points might be those of another level by the course's thresholds.
         """
         return float(exact(self.levels.shares[level]) * exact(out_of))
+
+    def meaning(self, where: Where, level: int) -> str:
+        """Return what a level of a part means: "Level 3: ...", in the rubric's words; without these, "Level 3."."""
+        item = self.rubric.get(where)
+        return f"Level {level}: {item.levels[level]}" if item and level in item.levels else f"Level {level}."
 
     def due(self, where: Where) -> list[Answer]:
         """Return the answers that wait for a scorer, in their order; those left to the instructor are left out."""
@@ -225,8 +241,9 @@ class Desk:
 
         def write(answer: Answer) -> Act:
             worth = self.points(level or 0, answer.mark.out_of) if points is None else points
+            meaning = "" if level is None else self.meaning(where, level)
             return self.book.scores.give(
-                answer.student, where, worth, actor, level=level, remark=remark, expected=answer.mark
+                answer.student, where, worth, actor, level=level, remark=remark, meaning=meaning, expected=answer.mark
             )
 
         return self._act(where, picks, write)
@@ -329,7 +346,7 @@ def state(answer: Answer) -> str:
     if by is None:
         return f"It has {points} now ({mark.status}). {sentence(mark.reason)}"
     level = "" if act is None or act.level is None else f"level {act.level}, "
-    remark = f": “{sentence(mark.reason)}”" if mark.reason else "."
+    remark = f": “{sentence(answer.remark)}”" if answer.remark else "."
     return f"{by.actor} gave it {level}{points} at {moment(by.when)}{remark}"
 
 

@@ -29,7 +29,7 @@ from labcourse.grading.reports.grades import EXECUTED_FOLDER
 from labcourse.grading.reports.result import result_in
 from labcourse.grading.reports.templating import templates
 from labcourse.grading.scoring import cards
-from labcourse.grading.scoring.desk import Desk, Done, Pick, key_of, seen, state, tally
+from labcourse.grading.scoring.desk import Desk, Done, Pick, key_of, link, seen, state, tally
 from labcourse.grading.scoring.guards import ACTOR, Find, Guard, Scorer, Site, refusal
 from labcourse.messages import listed, number_of
 from labcourse.problems import Where
@@ -421,13 +421,6 @@ class Pages:
             "message": " ".join(filter(None, messages)),
             "trouble": trouble,
         }
-
-
-def link(student: str, question: str = "", part: str = "") -> str:
-    """Return the address of a student's answer, or, without a question, of the copy of their feedback."""
-    if not question:
-        return f"student?{urlencode({'id': student})}"
-    return f"answer?{urlencode({'student': student, 'question': question, 'part': part})}"
 
 
 def _copy(page: str) -> Response:

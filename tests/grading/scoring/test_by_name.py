@@ -16,9 +16,8 @@ from labcourse.grading.gradebook import Gradebook, StudentRecord
 from labcourse.grading.reports import feedback
 from labcourse.grading.reports.result import result_in
 from labcourse.grading.scoring import server
-from labcourse.grading.scoring.desk import key_of
+from labcourse.grading.scoring.desk import key_of, link
 from labcourse.grading.scoring.guards import POLICY
-from labcourse.grading.scoring.server import link
 from labcourse.student_id import GRADEBOOK_FILE
 
 NUMBER, WORDS = ("2.11", "omega_n"), ("2.11", "explanation")

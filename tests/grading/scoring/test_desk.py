@@ -114,6 +114,18 @@ def test_a_level_is_the_same_level_where_its_points_are_judged(tmp_path, share, 
         assert len(str(act.points)) < 9  # and not 0.8999999999999999, for feedback writes points in full
 
 
+def test_points_by_a_key_alone_have_the_level_as_their_reason_and_are_still_without_a_remark(book):
+    made = desk_of(book, texts(3))
+    rubrics, typed = f"Level 3: {RUBRIC[WORDS].level_3}", "In which direction?"
+    for level, remark, reason in ((2, typed, typed), (0, "", "Level 0."), (3, "", rubrics)):
+        (answer,) = made.next("Ann", WORDS)
+        made.give("Ann", WORDS, picks([answer]), level=level, remark=remark)
+        (now,) = (one for one in book.scores.answers([WORDS]) if one.student == answer.student)
+        assert (now.mark.reason, now.remark, now.decision) == (reason, remark, now.last())
+    book.set_mark(now.student, *WORDS, 0.75, reason="As I see it.", actor="Ann")  # the same points, by the same person
+    assert made.undo("Ann").problems and [act.level for act in made.undo("Ann").acts] == [0]
+
+
 def test_a_mark_by_hand_is_the_mark_and_not_the_level_or_the_question_before_it(book):
     made = desk_of(book, texts(1))
     shown = picks(made.next("Ann", WORDS))
