@@ -175,7 +175,7 @@ def measured(one: Class, course: Path, size: int, scratch: Path) -> dict[str, tu
     rows = {"grade, nothing new": command("grade", one.out, one.downloads, *graded, scratch=scratch, ran=0)}
     for name in ("status", "report"):
         rows[name] = command(name, one.out, *given, scratch=scratch)
-    rows["publish"] = command("publish", one.out, "--by", "lecturer", *given, scratch=scratch)
+    rows["publish"] = command("publish", one.out, "--yes", "--by", "lecturer", *given, scratch=scratch)
     table, filled = one.out.with_name("canvas.csv"), one.out.with_name("filled.csv")
     lines = "".join(f"Student,{number},s{number:03},s{number:03},A,\n" for number in range(1, size + 1))
     head = "Student,ID,SIS User ID,SIS Login ID,Section,Lab (1)\n    Points Possible,,,,,100\n"

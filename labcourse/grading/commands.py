@@ -524,54 +524,68 @@ def publish(
     by: ByOption,
     note: Annotated[str, Option(help="A remark for the record, for example: without the reports.")] = "",
     assignment: Annotated[list[str] | None, Option("--assignment", metavar="NAME", help=_SOME_ASSIGNMENTS)] = None,
+    yes: Annotated[bool, Option("--yes", help="Record it, and write the pages.")] = False,
+    undo: Annotated[bool, Option("--undo", help="Take the last one back, and say who may have read it.")] = False,
     solutions: SolutionsOption = None,
     out: OutOption = None,
 ) -> None:
-    """Give feedback back: write all students' pages, record the time, and list what is not ready.
+    """Show what would be given back to whom; with --yes, write all students' pages and record the time.
 
-    From the first --assignment on, pages and marks.json show only the assignments that were given back.
+    It lists who gets what, which answers lost points without a remark, what was handed in and does not count, and what
+    is not ready. From the first --assignment on, pages and marks.json show only the assignments that were given back.
     Your platform delivers the pages to students (export --feedback writes the zip that it takes). If feedback opens
     later by course.toml, the pages show only this date and problems with the submission, and nothing is recorded.
 
-    Exit code: 0 published, 1 the pages are not open yet, 2 something could not be written.
+    Exit code: 0 shown, published or taken back, 1 the pages are not open yet, 2 something could not be written.
     """
-    from labcourse.grading import assignments
+    from labcourse.grading import assignments, counting
     from labcourse.grading.gradebook.records import NEW, Publication
     from labcourse.grading.outcomes import ATTAINMENT_FILE
-    from labcourse.grading.overview import not_ready
+    from labcourse.grading.overview import to_give_back
     from labcourse.grading.reports.changes import changed_in
     from labcourse.grading.reports.grades import Reports
     from labcourse.grading.reports.result import moment
     from labcourse.grading.sheets import SHEETS_PAGE
 
     course, folder = courses.find(solutions), _results(marks, out)
+    if undo and assignment:
+        raise GradingError("--undo takes back what was given back last: say it without --assignment.")
     given = [assignments.find(course, name) for name in assignment or ()]
     notebooks = tuple(name for one in given for name in one.notebooks)
     begun = clock.now()  # a change while pages are written may be on none of them; it is reported the next time
     publication = Publication(NEW, by, note, begun, notebooks)
     is_open = course.settings.feedback.is_open(begun)
     with _gradebook(marks) as book:
+        if undo:
+            last = book.unpublish()
+            Reports(folder, course, book).write_all()
+            readers = ", ".join(one.run.student for one in book.all_current())
+            what = ", ".join(last.notebooks) or "all assignments"
+            say(f"Taken back: {what}, which {last.actor} gave back on {moment(last.when)}. Pages are written anew.")
+            say(f"Whoever got a page since then may have read it. These had one: {readers}.")
+            return
+        counting.recount_all(book, course)
         changed = changed_in(book, course)
-        reports = Reports(folder, course, book, publication=publication if is_open else None)
-        count = reports.write_all()
-        unready = list(not_ready(book, course, notebooks, begun))
-        if is_open:
-            book.publish(by, note, when=begun, notebooks=notebooks)
-    say(f"Pages of {number_of(count, 'student')}: {folder}")
-    if reports.without_page:
-        say(f"No page, as nothing of theirs is graded: {', '.join(reports.without_page)}.")
-    say(*unready)
+        say(*to_give_back(book, course, notebooks, begun, folder))
+        if yes:
+            reports = Reports(folder, course, book, publication=publication if is_open else None)
+            say(f"Pages of {number_of(reports.write_all(), 'student')}: {folder}")
+            if is_open:
+                book.publish(by, note, when=begun, notebooks=notebooks)
     for name, command in ((ATTAINMENT_FILE, "report"), (SHEETS_PAGE, "sheets")):
         if (folder / name).exists():
             say(f"{name} is as it was before: {program.name()} outcomes {command} writes it anew.")
+    for student, changes in groupby(sorted(changed) if is_open else (), key=lambda change: change.student):
+        moved = ", ".join(str(change) for change in changes)
+        say(f"Other marks than were given back before; tell {student}: {moved}")
     if not is_open:
         raise typer.Exit(SOME_TROUBLE)
     what = ", ".join(one.title for one in given) or "all assignments"
-    say(f"Recorded: {by} gave back {what} on {moment(begun)}.")
-    say(f"No page was sent to a student. {program.name()} export --feedback writes the zip that your platform takes.")
-    for student, changes in groupby(sorted(changed), key=lambda change: change.student):
-        moved = ", ".join(str(change) for change in changes)
-        say(f"Other marks than were given back before; tell {student}: {moved}")
+    if yes:
+        say(f"Recorded: {by} gave back {what} on {moment(begun)}.")
+        say(f"No page was sent to a student: {program.name()} export --feedback writes the zip for your platform.")
+    else:
+        say(f"Nothing was given back yet: say it again with --yes to give back {what}.")
 
 
 _ONE_ASSIGNMENT = "Only this assignment: its title, or the name or number of a notebook in it."

@@ -286,7 +286,7 @@ def _composed(course: Course, base: Graded, chosen: Mapping[str, Graded], absent
             message
             for key, one in of.items()
             for message in getattr(one, attribute)
-            if (name := _notebook_of(message, course)) is None or key_of(name) == key
+            if (name := notebook_of(message, course)) is None or key_of(name) == key
         ]
 
     def by_question(attribute: str, of: Mapping[str, Any] = submissions) -> dict[Any, Any]:
@@ -370,7 +370,7 @@ def _answers(course: Course, runs: Mapping[str, Graded], of_question: Callable[[
     return json.dumps(whole).encode()
 
 
-def _notebook_of(message: Reason, course: Course) -> str | None:
+def notebook_of(message: Reason, course: Course) -> str | None:
     """Return the notebook that a problem is about; None if it is about the whole, or a text."""
     if not isinstance(message, Problem):
         return None

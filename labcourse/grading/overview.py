@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from labcourse import clock, program
 from labcourse.grading.accounts import Account, AssignmentGrade, in_full, points, worth
 from labcourse.grading.assignments import State, short
-from labcourse.grading.counting import received
+from labcourse.grading.counting import notebook_of, received
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, CommentRecord, Gradebook, Graded
 from labcourse.grading.marks import Mark, Status
@@ -30,11 +30,14 @@ from labcourse.grading.reports.result import (
     lapse,
     moment,
     not_counted,
+    state_of,
     with_marks,
     without_numbers,
 )
 from labcourse.grading.reports.templating import templates
+from labcourse.grading.scoring.desk import link
 from labcourse.grading.settings import Assignment, MarkSettings
+from labcourse.grading.submission import OWNER
 from labcourse.grading.todo import NOTHING_THERE, Class, Student, Task, causes, todo
 from labcourse.messages import number_of, shortened
 from labcourse.problems import Code, Problem, Where
@@ -565,8 +568,13 @@ def slips(runs: Iterable[Graded]) -> list[Slip]:
 # --- feedback that was given back -------------------------------------------------------------------------------------
 
 
-def not_ready(book: Gradebook, course: Course, notebooks: Collection[str], now: datetime) -> Iterator[str]:
-    """Yield what to know before feedback is given back: what waits, what was asked, and whether pages are closed now.
+def to_give_back(
+    book: Gradebook, course: Course, notebooks: Collection[str], now: datetime, folder: Path
+) -> Iterator[str]:
+    """Yield what to know before feedback is given back.
+
+    That is who gets what; which answers lost points without a remark; what was handed in and does not count; what
+    waits, what was asked, and whether pages are closed now.
 
     Parameters
     ----------
@@ -574,26 +582,45 @@ def not_ready(book: Gradebook, course: Course, notebooks: Collection[str], now: 
     course : with its questions and settings
     notebooks : that are given back, without ending; all of them if there are none
     now : when, with a time zone
+    folder : of results, with ``intake.csv``
     """
-    settings = course.settings
+    settings, students = course.settings, _students(book, course)
 
-    def is_given(question: str) -> bool:
-        return not notebooks or course.notebook_of(question) in notebooks
+    def is_given(notebook: str | None) -> bool:
+        return not notebooks or notebook is None or notebook.removesuffix(".ipynb") in notebooks
 
-    read = [answer for answer in book.scores.answers() if is_given(answer.question)]
+    for student in (one for one in students if one.graded):
+        given = [one for one in student.assignments if all(map(is_given, one.assignment.notebooks))]
+        grades = [f"{one.title} {one.points_text or '–'} of {in_full(one.out_of)} ({state_of(one)})" for one in given]
+        yield f"{student.id}: {', '.join(grades)}"
+    if absent := [student.id for student in students if student.graded is None]:
+        yield f"No page, as nothing of theirs is graded: {', '.join(absent)}."
+    read = [answer for answer in book.scores.answers() if is_given(course.notebook_of(answer.question))]
+    lost = [one for one in read if one.given and one.mark.points < one.mark.out_of and not one.remark]
+    if lost:
+        how = f"to open one, put the end of its line behind the address of the scoring page ({program.name()} score)"
+        yield f"Points lost without a remark: {number_of(len(lost), 'answer')}; {how}."
+    yield from (f"  {one.student}, {one.question} {one.part}: {link(one.student, *one.where)}" for one in lost)
+    uncounted = [
+        f"  {student.id}: {sentence(problem)}"
+        for student in students
+        for problem in (not_counted(student.graded.run) if student.graded else ())
+        if is_given(notebook_of(problem, course))
+    ]
+    doubts = [doubt for doubt, decision in intake_table.read(folder / INTAKE_FILE).items() if not decision]
+    if nobodys := [doubt.submission for doubt in doubts if doubt.about == OWNER and not doubt.assumed]:
+        uncounted.append(f"  {sentence(Problem.of(Code.TODO_FIND_OWNERS, names=nobodys))}")
+    yield from ("Handed in, and does not count:", *uncounted) if uncounted else ()
     everything = [answer for answer in read if answer.waiting]
     waiting = [answer for answer in everything if not settings.marks.dropped_as(*answer.where)]
     if waiting:
-        students = number_of(len({answer.student for answer in waiting}), "student")
-        yield f"Still to be read by a person: {number_of(len(waiting), 'answer')} of {students}; their pages say so."
+        number = number_of(len({answer.student for answer in waiting}), "student")
+        yield f"Still to be read by a person: {number_of(len(waiting), 'answer')} of {number}; their pages say so."
     if len(waiting) < len(everything):
         yield _left_out(settings.marks)
-    silent = [one for one in read if one.given and one.mark.points < one.mark.out_of and not one.mark.reason]
-    if silent:
-        points = f"{number_of(len(silent), 'answer')} with less than full points from a person"
-        yield f"{points}, without a remark: the student reads no reason."
-    if count := len([one for one in book.comments() if one.is_open and is_given(one.where[0])]):
-        yield f"{number_of(count, 'request')} not answered yet ({program.name()} status lists what students ask)."
+    asked = [one for one in book.comments() if one.is_open and is_given(course.notebook_of(one.where[0]))]
+    if asked:
+        yield f"{number_of(len(asked), 'request')} not answered yet ({program.name()} status lists what students ask)."
     opens = settings.feedback.opens
     if opens is not None and not settings.feedback.is_open(now):
         when = f"Feedback opens on {opens:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no more."

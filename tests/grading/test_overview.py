@@ -530,13 +530,14 @@ def test_marks_that_changed_since_are_listed_with_both_points(book):
     assert changed(book) == []
 
 
-def test_what_is_not_ready_is_listed_before_it_is_published(book):
+def test_what_is_not_ready_is_listed_before_it_is_published(book, tmp_path):
     record(book, graded("ada"), graded("bob", mark(), prose(), replace(report_text(), status="missing")))
     book.comment("ada", "Please.", actor="lea", question="2.11", part="omega_n", asks=True)
 
     def unready(*notebooks, **settings):
         course = replace(OURS, settings=CourseSettings(**settings))
-        return list(overview.not_ready(book, course, notebooks, clock.now()))
+        lines = overview.to_give_back(book, course, notebooks, clock.now(), tmp_path)
+        return [line for line in lines if not line.startswith(("ada: ", "bob: "))]
 
     waits, asks = unready()
     assert waits == "Still to be read by a person: 3 answers of 2 students; their pages say so."

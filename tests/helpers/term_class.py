@@ -189,7 +189,7 @@ class TermClass:
 
     def _publish(self, *assignments: str) -> None:
         chosen = [word for title in assignments for word in ("--assignment", title)]
-        self.published = self.say("publish", self.marks, "--by", "lea", *chosen)
+        self.published = self.say("publish", self.marks, "--yes", "--by", "lea", *chosen)
 
     # --- what there is then -------------------------------------------------------------------------------------------
 

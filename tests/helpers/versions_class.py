@@ -204,7 +204,7 @@ class VersionsClass:
         self.say("excuse", self.marks, student, assignment, "--reason", "Ill.", "--by", "lea")
 
     def _publish(self, assignment: str) -> None:
-        self.say("publish", self.marks, "--by", "lea", "--assignment", assignment)
+        self.say("publish", self.marks, "--yes", "--by", "lea", "--assignment", assignment)
 
     def take(self, student: str, *words: object) -> str:
         """Take a version of a notebook, or list them."""

@@ -533,6 +533,15 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             session.add(publication)
         return publication
 
+    def unpublish(self) -> Publication:
+        """Delete the last publication, and return it. Raises GradebookError if feedback was never given back."""
+        with self._database.writing() as session:
+            last = session.scalar(select(Publication).order_by(Publication.number.desc()).limit(1))
+            if last is None:
+                raise GradebookError("Feedback was not given back yet: there is nothing to take back.")
+            session.delete(last)
+        return last
+
     def publications(self) -> list[Publication]:
         """Return the publications of feedback, in order."""
         with self._database.reading() as session:

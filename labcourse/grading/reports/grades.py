@@ -83,7 +83,6 @@ class Reports(AbstractContextManager["Reports"]):
     book : what the reports are made from
     handed_in : students who handed in something, besides those of whom the gradebook knows it
     publication : that is being made, and is not in the gradebook yet
-    without_page : IDs of the students who have no page, as nothing of theirs was graded; after :meth:`write_all`
 
     Raises
     ------
@@ -100,7 +99,6 @@ class Reports(AbstractContextManager["Reports"]):
     def __post_init__(self) -> None:
         make_folder(self.out)
         counting.recount_all(self.book, self.course)
-        self.without_page: list[str] = []
         self._failures: dict[Path, OSError] = {}
         self._hints: list[hints.Hint] = []
 
@@ -155,7 +153,6 @@ class Reports(AbstractContextManager["Reports"]):
             else:
                 rows.append(self._write_pages(graded, about, back, moved[name]))
                 works.append(gather(graded))
-        self.without_page = [row.about.student for row in rows if isinstance(row, NotGraded)]
         self._hints = hints.compared(works, self.course)
         for name, content in hints.as_files(self._hints).items():
             self._write(self.out / name, content if self._hints else None)

@@ -2,17 +2,23 @@
 
 import json
 import re
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
 from command_line import rotflex, said
 from day_class import fill, score
-from gradebooks import enrol, rows
+from gradebooks import enrol, record, rows
 from made_courses import OURS, copied
 
 from labcourse import clock
 from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.reports import intake_table
 from labcourse.grading.reports.grades import Reports
+from labcourse.grading.scoring.desk import link
+from labcourse.grading.submission import OWNER, Doubt
+from labcourse.problems import Code, Problem
+from labcourse.sentences import sentence
 
 
 @pytest.fixture
@@ -36,7 +42,7 @@ def test_class_prints_it_and_writes_the_page_beside_the_gradebook(out):
 
 
 def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_to_be_told(out):
-    done = rotflex("publish", out, "--by", "lea", "--note", "first half", "--solutions", OURS.folder)
+    done = rotflex("publish", out, "--yes", "--by", "lea", "--note", "first half", "--solutions", OURS.folder)
     assert done.exit_code == 0, done.output
     assert "Still to be read by a person: 7 answers of 5 students" in said(done)
     assert "1 request not answered yet" in said(done) and "lea gave back all assignments" in said(done)
@@ -45,14 +51,47 @@ def test_publish_writes_pages_records_it_and_tells_what_is_not_ready_and_who_is_
         (one,) = book.publications()
         assert (one.actor, one.note) == ("lea", "first half")
         book.set_mark("cleo", "2.12", "K_s", 1.5, reason="rounding", actor="lea")
-    again = rotflex("publish", out, "--by", "lea", "--solutions", OURS.folder)
+    again = rotflex("publish", out, "--yes", "--by", "lea", "--solutions", OURS.folder)
     moved = "Other marks than were given back before; tell cleo: 2.12 K_s"
     assert moved in said(again)
-    assert "Other marks" not in said(rotflex("publish", out, "--by", "lea", "--solutions", OURS.folder))
+    assert "Other marks" not in said(rotflex("publish", out, "--yes", "--by", "lea", "--solutions", OURS.folder))
+
+
+def test_publish_shows_first_and_what_was_given_back_can_be_taken_back(out):
+    ours = ("publish", out, "--by", "lea", "--solutions", OURS.folder)
+    with Gradebook(out / "gradebook.sqlite") as book:
+        where = ("2.11", "explanation")
+        book.scores.give("ada", where, 0.5, "tia", level=2, meaning="Level 2.")
+        book.scores.give("dan", where, 0.5, "tia", level=2, remark="Why?")
+        late = Problem.of(Code.VERSION_AFTER_GIVEN_BACK, "02_finding_stiffness.ipynb", time="now", counts="then")
+        record(book, replace(book.current("bob"), run=replace(book.current("bob").run, notes=(late,))))
+    nobodys = Doubt("scan.zip", OWNER, "", ("who knows",))
+    intake_table.write(out / "intake.csv", [nobodys], {})
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.suffix != ".sqlite"}
+    shown = rotflex(*ours, "--assignment", "02").output.splitlines()
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.suffix != ".sqlite"} == before
+    assert (
+        "ada: 02 finding stiffness 4.50 of 5 (marked)" in shown
+        and "No page, as nothing of theirs is graded: gus, hal." in shown
+    )
+    assert [line for line in shown if "answer?" in line] == [f"  ada, 2.11 explanation: {link('ada', *where)}"]
+    first = shown.index("Handed in, and does not count:")
+    assert shown[first + 1] == f"  bob: {sentence(late)}" and "'scan.zip'" in shown[first + 2]
+    other = said(rotflex(*ours, "--assignment", "03"))
+    assert "answer?" not in other and sentence(late) not in other
+
+    for more in (("--yes",), ("--yes", "--assignment", "02")):
+        assert rotflex(*ours, *more).exit_code == 0
+    assert rotflex(*ours, "--undo", "--assignment", "02").exit_code == 2
+    taken = said(rotflex(*ours, "--undo"))
+    assert "Taken back: 02_finding_stiffness, which lea gave back on" in taken and "bob, cleo, dan, eve, fay." in taken
+    with Gradebook(out / "gradebook.sqlite") as book:
+        assert [one.notebooks for one in book.publications()] == [()]
+    assert [rotflex(*ours, "--undo").exit_code for _again in range(2)] == [0, 2]
 
 
 def test_a_mark_that_is_changed_while_pages_are_written_is_named_the_next_time(out, monkeypatch):
-    write, publish = Reports.write_all, ("publish", out, "--by", "lea", "--solutions", OURS.folder)
+    write, publish = Reports.write_all, ("publish", out, "--yes", "--by", "lea", "--solutions", OURS.folder)
 
     def write_and_mark(reports):
         count = write(reports)
@@ -69,7 +108,7 @@ def test_a_mark_that_is_changed_while_pages_are_written_is_named_the_next_time(o
 def test_publish_counts_the_students_who_have_pages_and_names_the_others_and_what_it_does_not_write_anew(out):
     with Gradebook(out / "gradebook.sqlite") as book:
         enrol(book, out, ("zoe", "Zoe Zed", "", ""))
-    publish = ("publish", out, "--by", "lea", "--solutions", OURS.folder)
+    publish = ("publish", out, "--yes", "--by", "lea", "--solutions", OURS.folder)
     message = said(rotflex(*publish))
     pages = [*out.glob("*/feedback.html")]
     assert len(pages) > 1 and f"Pages of {len(pages)} students: " in message and "as it was before" not in message
@@ -83,7 +122,7 @@ def test_while_feedback_is_closed_pages_say_so_and_nothing_counts_as_given_back(
     opens = (clock.now() + timedelta(days=3)).isoformat(timespec="seconds")
     folder = copied(tmp_path / "closed")
     (folder / "course.toml").write_text(f"[feedback]\nfrom = {opens}\n", encoding="utf-8")
-    done = rotflex("publish", out, "--by", "lea", "--solutions", folder)
+    done = rotflex("publish", out, "--yes", "--by", "lea", "--solutions", folder)
     assert done.exit_code == 1 and "So nothing is given back" in said(done)
     assert "19.9 rad/s" not in (out / "ada" / "feedback.html").read_text(encoding="utf-8")
     with Gradebook(out / "gradebook.sqlite") as book:

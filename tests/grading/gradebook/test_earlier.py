@@ -87,7 +87,7 @@ class Class(FakeClass):
         self.say("comment", first, "ada", "Well done.", *BY)
         notebook = self.course.notebook_of("2.11")
         self.say("excuse", first, "eve", notebook, "--reason", "Ill.", *BY)
-        self.say("publish", first, *BY)
+        self.say("publish", first, "--yes", *BY)
         self.say("person", "erase", first, "fay", "--yes", *BY)
         self.runs.clear()
         return turned_back(self.book_file, self.old, without_files="hal")
