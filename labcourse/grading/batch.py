@@ -276,8 +276,7 @@ class Batch:
         stored = [row for row in self._gradebook.stored(submission.student) if (row.source, row.received) in times]
         decided = {(row.name, row.digest): row.received for row in stored if row.clock == DECIDED}
         for item in submission.items:
-            known = decided.get((item.name, item.digest))
-            if known is not None and (item.clock == "" or known < item.received):
+            if (known := decided.get((item.name, item.digest))) and (item.clock == "" or known < item.received):
                 item.received, item.clock = known, DECIDED
         undated = {item.source for item in submission.items if item.clock == ""}
         self.doubts += [self._undated[source] for source in undated & self._undated.keys()]

@@ -330,7 +330,11 @@ def grade(
     except IsolationError as error:
         isolation_report.print_refusal(error)
         raise typer.Exit(NO_ISOLATION) from None
-    say(*reports.notices(), *_doubts_text(folder / INTAKE_FILE, rows), err=True)
+    doubts = (
+        f"What cannot be known for certain is in {folder / INTAKE_FILE}, with what was assumed "
+        f"({number_of(rows, 'row')}): write what is right under decision and grade again."
+    )
+    say(*reports.notices(), *([doubts] if rows else []), err=True)
     raise typer.Exit(SOME_TROUBLE if progress.trouble else ALL_WELL)
 
 
@@ -346,14 +350,6 @@ def _taken_over(marks: str, submissions: Path) -> dict[str, dict[str, Any]] | No
     if (file := _file_of(marks)) is None:
         raise GradingError("An earlier gradebook is graded into a file: name a folder as MARKS.")
     return take_over(file, submissions)
-
-
-def _doubts_text(path: Path, rows: int) -> Iterator[str]:
-    if rows:
-        yield (
-            f"What cannot be known for certain is in {path}, with what was assumed "
-            f"({number_of(rows, 'row')}): write what is right under decision and grade again."
-        )
 
 
 def _check_submissions(submissions: Path, results: Path) -> Path:
@@ -566,7 +562,7 @@ def publish(
             return
         counting.recount_all(book, course)
         changed = changed_in(book, course)
-        say(*to_give_back(book, course, notebooks, begun, folder))
+        say(*to_give_back(book, course, notebooks, folder))
         if yes:
             reports = Reports(folder, course, book, publication=publication if is_open else None)
             say(f"Pages of {number_of(reports.write_all(), 'student')}: {folder}")

@@ -568,9 +568,7 @@ def slips(runs: Iterable[Graded]) -> list[Slip]:
 # --- feedback that was given back -------------------------------------------------------------------------------------
 
 
-def to_give_back(
-    book: Gradebook, course: Course, notebooks: Collection[str], now: datetime, folder: Path
-) -> Iterator[str]:
+def to_give_back(book: Gradebook, course: Course, notebooks: Collection[str], folder: Path) -> Iterator[str]:
     """Yield what to know before feedback is given back.
 
     That is who gets what; which answers lost points without a remark; what was handed in and does not count; what
@@ -581,32 +579,26 @@ def to_give_back(
     book : the class's gradebook
     course : with its questions and settings
     notebooks : that are given back, without ending; all of them if there are none
-    now : when, with a time zone
     folder : of results, with ``intake.csv``
     """
-    settings, students = course.settings, _students(book, course)
+    settings, students, uncounted = course.settings, _students(book, course), list[str]()
 
     def is_given(notebook: str | None) -> bool:
         return not notebooks or notebook is None or notebook.removesuffix(".ipynb") in notebooks
 
-    for student in (one for one in students if one.graded):
+    for student, run in ((one, one.graded.run) for one in students if one.graded):
         given = [one for one in student.assignments if all(map(is_given, one.assignment.notebooks))]
         grades = [f"{one.title} {one.points_text or '–'} of {in_full(one.out_of)} ({state_of(one)})" for one in given]
         yield f"{student.id}: {', '.join(grades)}"
+        problems = [one for one in not_counted(run) if is_given(notebook_of(one, course))]
+        uncounted += [f"  {student.id}: {line}" for line in sentences(problems)]
     if absent := [student.id for student in students if student.graded is None]:
         yield f"No page, as nothing of theirs is graded: {', '.join(absent)}."
     read = [answer for answer in book.scores.answers() if is_given(course.notebook_of(answer.question))]
-    lost = [one for one in read if one.given and one.mark.points < one.mark.out_of and not one.remark]
-    if lost:
+    if lost := [one for one in read if one.given and one.mark.points < one.mark.out_of and not one.remark]:
         how = f"to open one, put the end of its line behind the address of the scoring page ({program.name()} score)"
         yield f"Points lost without a remark: {number_of(len(lost), 'answer')}; {how}."
     yield from (f"  {one.student}, {one.question} {one.part}: {link(one.student, *one.where)}" for one in lost)
-    uncounted = [
-        f"  {student.id}: {sentence(problem)}"
-        for student in students
-        for problem in (not_counted(student.graded.run) if student.graded else ())
-        if is_given(notebook_of(problem, course))
-    ]
     doubts = [doubt for doubt, decision in intake_table.read(folder / INTAKE_FILE).items() if not decision]
     if nobodys := [doubt.submission for doubt in doubts if doubt.about == OWNER and not doubt.assumed]:
         uncounted.append(f"  {sentence(Problem.of(Code.TODO_FIND_OWNERS, names=nobodys))}")
@@ -618,10 +610,9 @@ def to_give_back(
         yield f"Still to be read by a person: {number_of(len(waiting), 'answer')} of {number}; their pages say so."
     if len(waiting) < len(everything):
         yield _left_out(settings.marks)
-    asked = [one for one in book.comments() if one.is_open and is_given(course.notebook_of(one.where[0]))]
-    if asked:
+    if asked := [one for one in book.comments() if one.is_open and is_given(course.notebook_of(one.where[0]))]:
         yield f"{number_of(len(asked), 'request')} not answered yet ({program.name()} status lists what students ask)."
     opens = settings.feedback.opens
-    if opens is not None and not settings.feedback.is_open(now):
+    if opens is not None and not settings.feedback.is_open(clock.now()):
         when = f"Feedback opens on {opens:%Y-%m-%d %H:%M %Z} (course.toml), and the pages say so and no more."
         yield f"{when} So nothing is given back: say {program.name()} publish again then."

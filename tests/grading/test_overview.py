@@ -536,7 +536,7 @@ def test_what_is_not_ready_is_listed_before_it_is_published(book, tmp_path):
 
     def unready(*notebooks, **settings):
         course = replace(OURS, settings=CourseSettings(**settings))
-        lines = overview.to_give_back(book, course, notebooks, clock.now(), tmp_path)
+        lines = overview.to_give_back(book, course, notebooks, tmp_path)
         return [line for line in lines if not line.startswith(("ada: ", "bob: "))]
 
     waits, asks = unready()

@@ -594,10 +594,9 @@ def _put_deliveries(session: Session, student_id: int, new: Sequence[Delivery]) 
     def is_replaced(old: Delivery) -> bool:
         """Return whether a new file replaces a stored one."""
         received, clock = same_content.get((old.name, old.digest, old.source), (old.received, old.clock))
-        if (clock != old.clock and old.clock in _WEAK_CLOCKS) or (clock == DECIDED and received != old.received):
-            return True
+        redated = (clock != old.clock and old.clock in _WEAK_CLOCKS) or (clock == DECIDED and received != old.received)
         came_with_it = (old.name, old.received, old.source) in same_time
-        return came_with_it and (old.name, old.digest, old.received) not in wanted
+        return redated or (came_with_it and (old.name, old.digest, old.received) not in wanted)
 
     files = select(Delivery).where(Delivery.student_id == student_id).options(defer(Delivery.content))
     stored = list(session.scalars(files))
