@@ -534,7 +534,7 @@ def publish(
 
     Exit code: 0 shown, published or taken back, 1 the pages are not open yet, 2 something could not be written.
     """
-    from labcourse.grading import assignments, counting
+    from labcourse.grading import assignments
     from labcourse.grading.gradebook.records import NEW, Publication
     from labcourse.grading.outcomes import ATTAINMENT_FILE
     from labcourse.grading.overview import to_give_back
@@ -560,11 +560,10 @@ def publish(
             say(f"Taken back: {what}, which {last.actor} gave back on {moment(last.when)}. Pages are written anew.")
             say(f"Whoever got a page since then may have read it. These had one: {readers}.")
             return
-        counting.recount_all(book, course)
+        reports = Reports(folder, course, book, publication=publication if is_open else None)
         changed = changed_in(book, course)
         say(*to_give_back(book, course, notebooks, folder))
         if yes:
-            reports = Reports(folder, course, book, publication=publication if is_open else None)
             say(f"Pages of {number_of(reports.write_all(), 'student')}: {folder}")
             if is_open:
                 book.publish(by, note, when=begun, notebooks=notebooks)

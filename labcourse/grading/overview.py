@@ -595,7 +595,9 @@ def to_give_back(book: Gradebook, course: Course, notebooks: Collection[str], fo
     if absent := [student.id for student in students if student.graded is None]:
         yield f"No page, as nothing of theirs is graded: {', '.join(absent)}."
     read = [answer for answer in book.scores.answers() if is_given(course.notebook_of(answer.question))]
-    if lost := [one for one in read if one.given and one.mark.points < one.mark.out_of and not one.remark]:
+    noted = {(one.student, *one.where) for one in book.comments() if not one.asks}
+    silent = [one for one in read if one.given and not one.remark and (one.student, *one.where) not in noted]
+    if lost := [one for one in silent if one.mark.points < one.mark.out_of]:
         how = f"to open one, put the end of its line behind the address of the scoring page ({program.name()} score)"
         yield f"Points lost without a remark: {number_of(len(lost), 'answer')}; {how}."
     yield from (f"  {one.student}, {one.question} {one.part}: {link(one.student, *one.where)}" for one in lost)

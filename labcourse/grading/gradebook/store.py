@@ -536,8 +536,7 @@ class Gradebook(AbstractContextManager["Gradebook"]):
     def unpublish(self) -> Publication:
         """Delete the last publication, and return it. Raises GradebookError if feedback was never given back."""
         with self._database.writing() as session:
-            last = session.scalar(select(Publication).order_by(Publication.number.desc()).limit(1))
-            if last is None:
+            if (last := session.scalar(select(Publication).order_by(Publication.number.desc()).limit(1))) is None:
                 raise GradebookError("Feedback was not given back yet: there is nothing to take back.")
             session.delete(last)
         return last

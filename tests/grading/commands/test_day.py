@@ -80,8 +80,12 @@ def test_publish_shows_first_and_what_was_given_back_can_be_taken_back(out):
     other = said(rotflex(*ours, "--assignment", "03"))
     assert "answer?" not in other and sentence(late) not in other
 
+    with Gradebook(out / "gradebook.sqlite") as book:
+        book.comment("ada", "Say why.", actor="lea", question=where[0], part=where[1])
+
     for more in (("--yes",), ("--yes", "--assignment", "02")):
-        assert rotflex(*ours, *more).exit_code == 0
+        done = rotflex(*ours, *more)
+        assert done.exit_code == 0 and "answer?" not in done.output
     assert rotflex(*ours, "--undo", "--assignment", "02").exit_code == 2
     taken = said(rotflex(*ours, "--undo"))
     assert "Taken back: 02_finding_stiffness, which lea gave back on" in taken and "bob, cleo, dan, eve, fay." in taken
