@@ -61,6 +61,22 @@ def caseless(given: str) -> str:
     return unicodedata.normalize("NFC", composed(given).casefold())
 
 
+def letters(text: str) -> str:
+    """Return the letters and digits of a text in small letters: what every platform leaves of a name."""
+    return "".join(filter(str.isalnum, caseless(text)))
+
+
+def plain_letters(text: str) -> str:
+    """Return the letters and digits of a text in small letters and without accents."""
+    decomposed = unicodedata.normalize("NFKD", text)
+    return letters("".join(character for character in decomposed if not unicodedata.combining(character)))
+
+
+def name_words(name: str) -> frozenset[str]:
+    """Return the words of a person's name, in any order, in small letters and without accents and commas."""
+    return frozenset(map(plain_letters, name.replace(",", " ").split())) - {""}
+
+
 def _objections(student: str) -> Iterator[str]:
     """Say why a text cannot be an ID. Each check may rely on those before it."""
     if not student:

@@ -207,8 +207,9 @@ def roster(
     """Read the names of a class from a CSV file into the gradebook, which is made if needed.
 
     The columns id, name, email, section and group are read, and other names by which platforms know a student.
-    An empty cell changes nothing; a cell with - deletes the stored value. Students who are not in the file stay:
-    --remove removes an ID that was mistyped, if nothing was handed in, graded or written under it.
+    Lists of several platforms add up: names, numbers and addresses are added. An empty cell changes nothing; a cell
+    with - deletes the stored value. Students who are not in the file stay: --remove removes an ID that was mistyped, if
+    nothing was handed in, graded or written under it.
 
     Exit code: 0 all read, 1 some lines were not read, or a student was not removed, 2 nothing read.
     """

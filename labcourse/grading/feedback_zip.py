@@ -12,11 +12,12 @@ from labcourse import clock, program
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
-from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE, Label, label_of, letters
+from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE, Label, label_of
 from labcourse.grading.platforms import PARTICIPANT, WORKSHEET, Export, Matches
 from labcourse.grading.release.student_course import zip_files
 from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
 from labcourse.messages import number_of
+from labcourse.student_id import letters
 
 _NOT_IN_A_NAME = {*map(chr, range(32)), *'/\\:*?"<>|_'}  # Moodle takes what is between two _ for the number
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 import codecs
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -29,7 +29,7 @@ from labcourse.grading.accounts import Account, AssignmentGrade, half_up, in_ful
 from labcourse.grading.assignments import State
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
-from labcourse.grading.intake import platforms as submission_names
+from labcourse.grading.gradebook.roster import by_key, contradict
 from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
 from labcourse.grading.marks import Status
 from labcourse.grading.reports.result import account_in
@@ -408,22 +408,22 @@ def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
     A platform's own number counts only where nothing else leads to a student, and not if the names contradict it.
     """
     records = {student.student: student for student in students}
-    by_key, by_number = (_by_key(students, pattern) for pattern in ("", PARTICIPANT))
+    keys, numbers = (by_key(students, pattern) for pattern in ("", PARTICIPANT))
     candidates: dict[int, str] = {}
     refused: dict[int, str] = {}
     unknown, seen = list[int](), set[str]()
     own_key = export.platform.own_key
     for row in export.students:
         values = [export.under(row, key).removeprefix("#") for key in export.platform.keys if key != own_key]
-        certain = set[str]().union(*(by_key.get(caseless(value), ()) for value in values if value))
+        certain = set[str]().union(*(keys.get(caseless(value), ()) for value in values if value))
         own_number = PARTICIPANT.sub("", export.under(row, own_key))
-        several = certain or by_number.get(caseless(own_number), set())
+        several = certain or numbers.get(caseless(own_number), set())
         seen |= several
         if not several:
             unknown.append(row)
         elif len(several) > 1:
             refused[row] = f"it may be one or another: {', '.join(sorted(several))}."
-        elif not certain and _contradict(export.name(row), records[min(several)].name):
+        elif not certain and contradict(export.name(row), records[min(several)].name):
             of_whom = f"leads to {min(several)!r}, who has another name."
             refused[row] = f"only a number of {export.platform.name}'s own {of_whom}"
         else:
@@ -432,28 +432,6 @@ def match(export: Export, students: Sequence[StudentRecord]) -> Matches:
     refused |= {row: f"several lines lead to {who!r}." for row, who in candidates.items() if rows[who] > 1}
     found = {row: records[who] for row, who in candidates.items() if rows[who] == 1}
     return Matches(found, unknown, dict(sorted(refused.items())), [who for who in records if who not in seen])
-
-
-def _by_key(students: Iterable[StudentRecord], ignored: str | re.Pattern[str]) -> dict[str, set[str]]:
-    """Return ID, e-mail address or other name without regard to capitals → IDs of the students who have it.
-
-    Parameters
-    ----------
-    students : of the gradebook
-    ignored : pattern of what is taken out of these names. Where a platform's own numbers are compared, "Participant
-        1234567" is 1234567; elsewhere that may be another's ID.
-    """
-    known: dict[str, set[str]] = {}
-    for student in students:
-        for name in filter(None, (student.student, student.email, *student.aliases)):
-            known.setdefault(caseless(re.sub(ignored, "", name)), set()).add(student.student)
-    return known
-
-
-def _contradict(first: str, second: str) -> bool:
-    """Return whether two names are both known and have no word in common."""
-    words = [{submission_names.plain_letters(word) for word in name.split()} - {""} for name in (first, second)]
-    return all(words) and words[0].isdisjoint(words[1])
 
 
 # --- what is written --------------------------------------------------------------------------------------------------

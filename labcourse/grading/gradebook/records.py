@@ -640,7 +640,7 @@ class RosterReport:
     ----------
     added, changed, unchanged : numbers of students
     problems : a message on each line that was not taken
-    notes : a message on each value that was replaced or removed or has an empty cell, and on columns that were not read
+    notes : a message on each student for whom a value was added, replaced or removed, and on what was not read
     """
 
     added: int

@@ -136,8 +136,8 @@ class Gradebook(AbstractContextManager["Gradebook"]):
     def import_roster(self, path: Path, again: Collection[str] = ()) -> RosterReport:
         """Add and update the students of a class from a CSV, see :mod:`labcourse.grading.gradebook.roster`.
 
-        Students who are not in it stay. Missing columns and empty cells leave existing values unchanged. Students who
-        were erased are left out and reported, unless their ID is in ``again``.
+        Students who are not in it stay. Names, numbers and addresses are added. Missing columns and empty cells leave
+        existing values unchanged. Students who were erased are left out and reported, unless their ID is in ``again``.
 
         Raises
         ------
@@ -148,23 +148,22 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         allowed = set(map(caseless, again))
         added = changed = 0
         with self._database.writing() as session:
-            doubtful = (entry.student for entry in entries if caseless(entry.student) not in allowed)
+            doubtful = (entry.student for entry in entries if caseless(entry.student) not in {*allowed, ""})
             erased = erased_students(session, doubtful)
             entries = [entry for entry in entries if entry.student not in erased]
-            stored = {student.folded: student for student in session.scalars(select(StudentRecord))}
-            for entry in entries:
-                student = stored.get(caseless(entry.student), StudentRecord(entry.student))
+            pairs, unknown = roster.match(entries, session.scalars(select(StudentRecord)))
+            for entry, student in pairs:
                 notes += entry.update(student)
-                if caseless(entry.student) in stored:
+                if student in session:
                     changed += session.is_modified(student)
                 else:
                     add_student(session, student)
                     added += 1
-        problems += [
+        notes += [
             f"{student} was erased on {when:%Y-%m-%d}, and is not taken in. --again {student} takes them in."
             for student, when in erased.items()
         ]
-        return RosterReport(added, changed, len(entries) - added - changed, tuple(problems), tuple(notes))
+        return RosterReport(added, changed, len(pairs) - added - changed, (*problems, *unknown), tuple(notes))
 
     def remove(self, student: str) -> StudentRecord:
         """Remove a student who was only enrolled from a roster, for example with a mistyped ID.

@@ -13,10 +13,10 @@ from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import platforms
 from labcourse.grading.intake.archives import is_notebook
-from labcourse.grading.intake.platforms import Label, encodings, letters, plain_letters, without_copy_number
+from labcourse.grading.intake.platforms import Label, encodings, without_copy_number
 from labcourse.grading.submission import Owner
 from labcourse.problems import Code, Problem
-from labcourse.student_id import caseless
+from labcourse.student_id import caseless, letters, plain_letters
 
 MOST_TOGETHER = 4  #: students of one submission; as many as stand around a bench
 _PARTICIPANT = re.compile(r"\w+ (?=\d+$)")
@@ -53,11 +53,12 @@ class Roster:
                 # Moodle's grading worksheet has "Participant 1234567", its downloads the number.
                 for name in (alias, _PARTICIPANT.sub("", alias)):
                     self._aliases[name].add(record.student)
-            words = record.name.replace(",", " ").split()
-            for place in range(len(words)):
-                name = "".join([*words[place:], *words[:place]])
-                self._names[letters(name)].add(record.student)
-                self._plain_names[plain_letters(name)].add(record.student)
+            names = (record.name, *(alias for alias in record.aliases if " " in alias))
+            for words in (name.replace(",", " ").split() for name in names):
+                for place in range(len(words)):
+                    name = "".join([*words[place:], *words[:place]])
+                    self._names[letters(name)].add(record.student)
+                    self._plain_names[plain_letters(name)].add(record.student)
 
     def group(self, student: str) -> str:
         """Return the laboratory group of a student, by ID; "" without one, and if it is too large to be one."""

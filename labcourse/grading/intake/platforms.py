@@ -19,7 +19,7 @@ from typing import TypeVar
 from labcourse.errors import GradingError
 from labcourse.patterns import pattern
 from labcourse.safe_text import from_csv
-from labcourse.student_id import caseless
+from labcourse.student_id import letters
 
 MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE, NBGRADER = "Moodle", "Canvas", "Blackboard", "Brightspace", "nbgrader"
 _LONGEST = 300  # characters of a name that a platform writes; a file system's longest, and some
@@ -144,17 +144,6 @@ def encodings(name: str) -> Iterator[str]:
     for written, read in _ENCODINGS if not name.isascii() else ():
         with contextlib.suppress(UnicodeError):
             yield readable(name.encode(read, "surrogateescape").decode(written))
-
-
-def letters(text: str) -> str:
-    """Return the letters and digits of a text in small letters: what every platform leaves of a name."""
-    return "".join(filter(str.isalnum, caseless(text)))
-
-
-def plain_letters(text: str) -> str:
-    """Return the letters and digits of a text in small letters and without accents."""
-    decomposed = unicodedata.normalize("NFKD", text)
-    return letters("".join(character for character in decomposed if not unicodedata.combining(character)))
 
 
 # --- times ------------------------------------------------------------------------------------------------------------

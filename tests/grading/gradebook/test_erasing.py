@@ -193,7 +193,7 @@ def test_an_erased_person_comes_again_only_if_that_is_said(book, tmp_path):
     assert before <= when <= clock.now()
     report = book.import_roster(tmp_path / "roster.csv")
     assert (report.added, report.unchanged) == (0, 2)
-    assert report.problems == (f"{ID} was erased on {when:%Y-%m-%d}, and is not taken in. --again {ID} takes them in.",)
+    assert report.notes == (f"{ID} was erased on {when:%Y-%m-%d}, and is not taken in. --again {ID} takes them in.",)
     assert book.import_roster(tmp_path / "roster.csv", again=[ID.lower()]).added == 1
     assert book.current(ID) is None and book.audit(ID) == [] and book.delivered(ID) == [] == book.comments(ID)
     record(book, graded(ID))

@@ -94,32 +94,83 @@ def test_a_row_changes_the_fields_of_its_columns(imported):
     assert imported("student\nbob\n")[0] == RosterReport(added=0, changed=0, unchanged=1)
 
 
-def test_an_empty_cell_changes_nothing_and_is_reported(imported):
+def test_an_empty_cell_changes_nothing(imported):
     imported("student,name,email,section,alias\nada,Ada Lovelace,ada@example.org,A,17\n")
     report, students = imported("student,name,email,section,alias\nada,Ada Lovelace,,,\n")
     assert students == [replace(ADA, aliases=("17",))] and counts(report) == (0, 0, 1)
-    assert report.notes == (
-        "ada: email 'ada@example.org' stays; the roster's cell is empty.",
-        "ada: section 'A' stays; the roster's cell is empty.",
-        "ada: other names '17' stays; the roster's cell is empty.",
-    )
+    assert report.notes == ()
 
 
-def test_values_that_are_replaced_or_removed_by_a_dash_are_reported(imported):
+def test_a_dash_removes_and_each_student_who_changes_is_mentioned_once(imported):
     imported("student,name,email,section,alias\nada,Ada Lovelace,ada@example.org,A,17;18\nbob,,,,\n")
     report, students = imported("student,name,email,section,alias\nada,Ada King,-,B,-\nbob,Bob,-,,19\neve,-,-,-,-\n")
     assert students == [
-        StudentRecord("ada", "Ada King", "", "B", enrolled=True),
+        StudentRecord("ada", "Ada Lovelace", "", "B", ("Ada King",), enrolled=True),
         StudentRecord("bob", "Bob", aliases=("19",), enrolled=True),
         StudentRecord("eve", enrolled=True),
     ]
     assert counts(report) == (1, 2, 0)
     assert report.notes == (  # nothing of bob, of whom nothing was known, nor of eve
-        "ada: email 'ada@example.org' is removed.",
-        "ada: section 'A' → 'B'.",
-        "ada: name 'Ada Lovelace' → 'Ada King'.",
-        "ada: other names '17; 18' is removed.",
+        "ada: email 'ada@example.org' is removed, section 'A' → 'B', other names '17; 18' is removed, also 'Ada King'.",
     )
+
+
+CANVAS = (
+    "Student,ID,SIS User ID,SIS Login ID,Section,Lab (7)\n,,,,,Manual Posting\n    Points Possible,,,,,20\n"
+    '"Lovelace, Ada",71,s1,alove,A,\n"Keller, Mia",72,s2,mkell,A,\n"Keller, Mia",73,s3,mia2@x.org,B,\n'
+    '"Student, Test",99,,f00ba4,A,\n'
+)
+MOODLE = (
+    "Identifier,Full name,ID number,Email address,Groups\n"
+    "Participant 1,Ada Lovelace,s1,ada@x.org,Bench 1\nParticipant 2,Mia Keller,s2,mia@x.org,Bench 1\n"
+    "Participant 3,Mia Keller,,mia2@x.org,Bench 2\n"
+)
+BOTH = [  # s3 is found by the address, which is the login on Canvas, too
+    ("s1", "Lovelace, Ada", "ada@x.org", "A", ("71", "alove", "Participant 1"), "Bench 1"),
+    ("s2", "Keller, Mia", "mia@x.org", "A", ("72", "mkell", "Participant 2"), "Bench 1"),
+    ("s3", "Keller, Mia", "mia2@x.org", "B", ("73", "mia2@x.org", "Participant 3"), "Bench 2"),
+]
+
+
+def test_lists_of_two_platforms_add_up_and_say_nothing_the_second_time(imported):
+    report, _students = imported(CANVAS)
+    assert counts(report) == (3, 0, 0) and report.problems == ()
+    assert "of no student: lines 3, 7." in report.notes[1]
+    report, students = imported(MOODLE)
+    facts = [(who.student, who.name, who.email, who.section, who.aliases, who.group) for who in students]
+    mentioned = [f"{who.student}: also {who.aliases[-1]!r}." for who in students]
+    assert facts == BOTH
+    assert (counts(report), list(report.notes), report.problems) == ((0, 3, 0), mentioned, ())
+    for again in (CANVAS, MOODLE):
+        report, there = imported(again)
+        assert (counts(report), there, report.problems) == ((0, 0, 3), students, ())
+        assert not any(note.startswith("s") for note in report.notes)
+
+
+@pytest.mark.parametrize(
+    ("line", "student"),
+    [
+        ("Ada Lovelace,,Participant 9", "s1"),  # the only one of this name
+        ("Mia Keller,,Participant 9", ""),  # one of two
+        ("Mia Keller,mkell,Participant 9", "s2"),
+        ("Otto Other,mkell,Participant 9", ""),  # the address of somebody with another name
+        ("Zoe Zorn,zoe@x.org,Participant 9", ""),
+    ],
+)
+def test_a_line_without_an_id_is_of_the_one_student_it_leads_to_or_is_reported(imported, line, student):
+    _report, before = imported(CANVAS)
+    report, students = imported(f"Full name,Email address,Identifier\n{line}\n")
+    assert [who.student for who in students if "Participant 9" in who.aliases] == [student][: bool(student)]
+    assert [problem[:7] for problem in report.problems] == ["Line 2:"][bool(student) :]
+    assert len(students) == len(before)
+
+
+def test_an_id_of_another_list_is_another_name_of_a_known_student_and_otherwise_a_new_student(imported):
+    imported(CANVAS)
+    report, students = imported("username,name,email\nalove,Ada Lovelace,\nmkell,Otto Other,\ns3,,mkell\n")
+    assert [who.student for who in students] == ["mkell", "s1", "s2", "s3"]
+    assert (counts(report), report.notes) == ((1, 1, 1), ())
+    assert imported("id,name,email,alias\n71,Ada Lovelace,ada2@x.org,A1\n")[0].notes == ("s1: also 'A1'.",)
 
 
 def test_columns_that_are_not_read_are_reported(imported):
@@ -142,14 +193,14 @@ def test_a_student_who_is_graded_already_gets_a_name(book, imported):
 
 def test_lines_without_a_usable_id_are_reported_and_left_out(imported):
     report, students = imported(
-        "Student,SIS ID,Section\n    Points Possible,,\nAda,ada,A\nAda,ADA,A\nAda,ada,A\nBob,bob,B\nBob,bob,C\nX,"
+        "Student,SIS ID,Section\nEve,,\nAda,ada,A\nAda,ADA,A\nAda,ada,A\nBob,bob,B\nBob,bob,C\nX,"
         + "x" * 81 + ",\nY,a\x1bb,\n"
     )  # fmt: skip
     assert [one.student for one in students] == ["ada", "bob"] and report.added == 2
-    assert "'SIS ID' is empty" in report.problems[0] and "81 characters" in report.problems[3]
-    lines = [problem.partition(":")[0] for problem in report.problems]
-    assert lines == [f"Line {number}" for number in (2, 4, 7, 8, 9)]
-    assert "'bob' is in line 6 already" in report.problems[2]
+    lines = {problem.partition(":")[0]: problem for problem in report.problems}
+    assert list(lines) == [f"Line {number}" for number in (4, 7, 8, 9, 2)]
+    assert "has no ID" in lines["Line 2"] and "81 characters" in lines["Line 8"]
+    assert "'bob' is in line 6 already" in lines["Line 7"]
     assert students[1].section == "B"
 
 
