@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import re
@@ -16,6 +17,7 @@ _NUMBER = pattern(r"-?\d+(\.\d+)?(e[+-]?\d+)?", ANSWER, re.IGNORECASE)
 #: once, also if no formula follows: the second group says whether one does.
 _FORMULA = pattern(r"^[ \u3000\xa0]*(?=[=+\-@＝＋－＠\t\r\n])|([;\n][\s\"]*+)(?:(?=[=+\-@＝＋－＠])())?", ANSWER)
 _MARKED = pattern(r"^'(?=[ \u3000\xa0]*[=+\-@＝＋－＠\t\r\n])|(?<=[;\s\"])'(?=[=+\-@＝＋－＠])", ANSWER)
+_EXCELS_SEPARATOR = pattern(r"\Asep=[^\r\n]*", ANSWER, re.IGNORECASE)  # a line before the headings
 _HARMLESS = "\n\t\u200c\u200d"  # lines, tabs, and how letters and emoji join
 
 
@@ -61,15 +63,18 @@ def as_csv(rows: Iterable[Iterable[str]]) -> str:
 
 
 def from_csv(data: bytes) -> list[list[str]]:
-    """Read a table in UTF-8; its separator is the comma, semicolon or tab that is most frequent in the first line.
+    """Read a table in UTF-8 or Excel's UTF-16; a line ``sep=;`` of Excel's becomes an empty row.
+
+    Its separator is the comma, semicolon or tab that is most frequent in the first line.
 
     Raises
     ------
     ValueError
-        If it is not UTF-8, or not CSV.
+        If it has another coding, or is not CSV.
     """
-    text = data.decode("utf-8-sig")
-    first = text.partition("\n")[0]
+    coding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+    text = _EXCELS_SEPARATOR.sub("", data.decode(coding))
+    first = text.lstrip().partition("\n")[0]
     try:
         return list(csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count)))
     except csv.Error as error:

@@ -174,7 +174,6 @@ NO_STUDENTS_TEXT = {
     "labcourse/grading/scoring/guards.py": "names of hosts, in headers and in the address that the instructor gives",
     "labcourse/grading/scoring/server.py": "the style of the scoring page",
     "labcourse/grading/scoring/start.py": "the address that the instructor gives",
-    "labcourse/grading/intake/owners.py": "aliases of the roster",
 }
 
 

@@ -606,6 +606,7 @@ def export(
     submissions: Annotated[
         Path | None, Option(help="The platform's zip of submissions: --feedback needs names.", dir_okay=False)
     ] = None,
+    all_pages: Annotated[bool, Option("--all", help="Pack all pages, not only those that changed.")] = False,
     assignment: Annotated[str | None, Option("--assignment", metavar="NAME", help=_ONE_ASSIGNMENT)] = None,
     dry_run: DryRunOption = False,
     solutions: SolutionsOption = None,
@@ -614,7 +615,8 @@ def export(
 
     One column is filled, and nothing else is changed.
 
-    Exit code: 0 all students' marks are in, 1 some are not (each is named, with the reason), 2 nothing written.
+    Exit code: 0 nobody has to act, 1 somebody has to (a mark waits, a student or row is found nowhere, or the column
+    seems to be another assignment's), 2 nothing written.
     """
     from labcourse.grading import assignments, feedback_zip, platforms
 
@@ -635,6 +637,10 @@ def export(
             place = theirs.column(column)
             maximum = theirs.maximum(place, out_of)
             matches = platforms.match(theirs, students)
+            cells = ([cell.text for cell in theirs.table.rows[row]] for row in matches.unknown)
+            strangers = [row for row in cells if not book.persons.erased(row)]
+            maxima, own = platforms.maxima(course), only.title if only else ""
+            other = platforms.misplaced(maxima, own, place, maximum, into.stem)
             data, entries = platforms.fill(theirs, place, maximum, matches, earned, **options)
         except GradingError as error:
             raise GradingError(f"{into}: {error}") from None
@@ -642,15 +648,20 @@ def export(
         if feedback is not None:  # what cannot be is refused while nothing is written
             names = [] if submissions is None else feedback_zip.names_in(submissions)
             pages = feedback_zip.places(theirs, matches, names)
-            contents[feedback], messages = feedback_zip.pack(book, course, *pages)
+            record = (_results_or_none(marks, None) or feedback.parent) / feedback_zip.PACKED_FILE
+            packed, recorded, messages = feedback_zip.pack(book, course, *pages, record, all_pages)
+            contents |= {feedback: packed, record: recorded} if packed else {}
+    messages += [f"Look: it seems to be the column of {other}, not of {own or 'all points'}."] if other else []
     for path, new in contents.items() if not dry_run else ():
         files.write(path, new)
-    say(f"{theirs.platform.name}, column {place.heading!r}, out of {maximum:f}:")
+    scaled = f" ({own}: {float(maxima[own]):g}; the points are scaled)" if own and maxima[own] != maximum else ""
+    say(f"{theirs.platform.name}, column {place.heading!r}, out of {maximum:f}{scaled}:")
     say(*platforms.summary(theirs, entries, matches, dry=dry_run), *messages)
     typer.echo("Nothing was written (--dry-run)." if dry_run else f"Written: {target}")
-    complete = all(entry.complete for entry in entries.values())
-    lacking = not complete or matches.unknown or matches.refused or matches.missing
-    raise typer.Exit(SOME_TROUBLE if lacking else ALL_WELL)
+    with_work = (*platforms.WAITING, assignments.State.MARKED)
+    lost = [who for who in matches.missing if earned[who].state in with_work]
+    waits = [who for who, entry in entries.items() if entry.waits]
+    raise typer.Exit(SOME_TROUBLE if waits or lost or other or strangers or matches.refused else ALL_WELL)
 
 
 @outcomes.command("report")

@@ -17,6 +17,7 @@ from labcourse.benches import OWN, SAME, BenchPolicy
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.grading import outcomes, overview, sheets
 from labcourse.grading.course import Course
+from labcourse.grading.feedback_zip import PACKED_FILE
 from labcourse.grading.gradebook import Delivery, Erased, Gradebook, RunRecord, StudentRecord
 from labcourse.grading.gradebook.persons import Person
 from labcourse.grading.graded_run import facts_as_json, submission_of
@@ -115,7 +116,7 @@ def results_of(folder: Path, student: str) -> list[Path]:
     """
     inside = sorted(folder.iterdir()) if folder.is_dir() else ()
     own = [path for path in inside if path.is_dir() and _same(path.name, student)]
-    return own + [folder / name for name in _OF_CLASS if (folder / name).is_file()]
+    return own + [folder / name for name in (*_OF_CLASS, PACKED_FILE) if (folder / name).is_file()]
 
 
 def still_named_in(folder: Path, about: StudentRecord) -> Iterator[str]:

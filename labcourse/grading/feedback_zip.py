@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import tempfile
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path, PurePosixPath
 
-from labcourse import clock, program
+from labcourse import clock, files, program
 from labcourse.errors import GradingError
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.gradebook.roster import PARTICIPANT
 from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE, Label, label_of
-from labcourse.grading.platforms import PARTICIPANT, WORKSHEET, Export, Matches
+from labcourse.grading.platforms import WORKSHEET, Export, Matches
 from labcourse.grading.release.student_course import zip_files
 from labcourse.grading.reports.grades import FEEDBACK_FILE, Reports
 from labcourse.messages import number_of
 from labcourse.student_id import letters
 
+PACKED_FILE = "feedback_zips.json"  #: in the folder of results, or beside the zip: which pages were packed
 _NOT_IN_A_NAME = {*map(chr, range(32)), *'/\\:*?"<>|_'}  # Moodle takes what is between two _ for the number
 
 
@@ -149,21 +153,27 @@ def names_in(path: Path) -> list[str]:
 
 
 def pack(
-    book: Gradebook, course: Course, paths: Mapping[str, str], without: Mapping[str, str]
-) -> tuple[bytes, list[str]]:
+    book: Gradebook, course: Course, paths: Mapping[str, str], without: Mapping[str, str], record: Path, all_pages: bool
+) -> tuple[bytes, bytes, list[str]]:
     """Pack students' feedback pages, as they would be written now, under the names from :func:`places`.
 
-    Where the platform takes a page under the name of a zip, the page is packed into a zip of its own.
+    Leave out pages that are as they were packed before feedback was last given back: so the same command packs the same
+    twice. Where the platform takes a page under the name of a zip, the page is packed into a zip of its own.
 
     Parameters
     ----------
     book, course : the class
     paths, without : student → path in the zip, and student → why there is none
+    record : JSON file with the digests of pages that were packed, which need not exist
+    all_pages : whether to pack pages that have not changed, too
 
     Returns
     -------
     bytes
-        The zip; equal pages make equal zips.
+        The zip; equal pages make equal zips. Empty if no page has changed.
+    bytes
+        The new content of the record: path in a zip → number of publications, digest of the page that was packed before
+        the last of them, and digest of the page now.
     list[str]
         A line with the number of pages, then a line for each student without a page, with the reason.
 
@@ -177,14 +187,22 @@ def pack(
         raise GradingError(
             f"Feedback opens at {opens:%Y-%m-%d %H:%M %Z} (course.toml): until then there are no pages to hand out."
         )
+    packed = files.object_in(record.read_bytes()) if record.is_file() else {}
+    count, changed = len(book.publications()), dict[str, Path]()
     with tempfile.TemporaryDirectory() as folder:
         Reports(Path(folder), course, book).write_all()
         pages = {paths[who]: Path(folder) / who / FEEDBACK_FILE for who in paths}
         there = {name: page for name, page in pages.items() if page.is_file()}
         for name, page in there.items():
+            digest = hashlib.sha256(page.read_bytes()).hexdigest()
+            counted, former, last = packed.get(name, (count, "", ""))
+            packed[name] = (count, former if counted == count else last, digest)
+            if all_pages or packed[name][1] != digest:
+                changed[name] = page
             if name.lower().endswith(".zip"):
                 page.write_bytes(zip_files({FEEDBACK_FILE: page}))
-        packed = zip_files(there)
+        data = zip_files(changed) if changed else b""
     without = {**without, **{who: "nothing of theirs is graded." for who in paths if paths[who] not in there}}
-    count = number_of(len(there), "page")
-    return packed, [f"{count} of feedback in the zip.", *(f"{who}: no page; {why}" for who, why in without.items())]
+    same = f"; {len(there) - len(changed)} have not changed (--all)" if len(changed) < len(there) else ""
+    first = f"{number_of(len(changed), 'page')} of feedback in the zip{same}."
+    return data, json.dumps(packed).encode(), [first, *(f"{who}: no page; {why}" for who, why in without.items())]

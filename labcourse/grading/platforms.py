@@ -25,14 +25,14 @@ from typing import NamedTuple
 
 from labcourse import program
 from labcourse.errors import GradingError
-from labcourse.grading.accounts import Account, AssignmentGrade, half_up, in_full
-from labcourse.grading.assignments import State
+from labcourse.grading.accounts import Account, AssignmentGrade, account_of, half_up, in_full
+from labcourse.grading.assignments import Handed, State
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, StudentRecord
-from labcourse.grading.gradebook.roster import by_key, contradict
+from labcourse.grading.gradebook.roster import NO_STUDENTS, PARTICIPANT, by_key, contradict
 from labcourse.grading.intake.platforms import BLACKBOARD, BRIGHTSPACE, CANVAS, MOODLE
 from labcourse.grading.marks import Status
-from labcourse.grading.reports.result import account_in
+from labcourse.grading.reports.result import account_in, nothing_given
 from labcourse.grading.settings import Assignment
 from labcourse.messages import listed
 from labcourse.student_id import caseless
@@ -40,8 +40,9 @@ from labcourse.student_id import caseless
 WORKSHEET = "Moodle's grading worksheet"  #: of one assignment, beside the export of Moodle's gradebook
 _SHOWN, _NAMED = 12, 6  # headings, and parts that wait, in a message
 _EXCUSED = "excused"
+#: States of work with which a person has to do something.
+WAITING = (State.NOT_GRADED, State.HANDED_IN, State.WAITS)
 _NUMBER = re.compile(r"-?\d+(?:\.\d+|,(?!\d{3}$)\d+)?")  # "1,000" may be a thousand, and is no number here
-PARTICIPANT = re.compile(r"\w+ (?=\d+$)")  #: in Moodle's "Participant 1234567"
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,7 @@ class Platform:
     example : what a column of points looks like, for messages
     own_key : the one of ``keys`` with the platform's own numbers, which may by chance be another student's ID; ""
         without such numbers
-    most_row, most_column : name in the row, and heading of the column, that says what a column of points is out of; ""
-        if there is none
+    most_column : heading of the column that says what a column of points is out of; "" if there is none
     locked : heading of a column that says "No" where the platform takes no mark; "" if there is none
     empty : text of a cell without a mark; a blank cell has none either
     closed : text of a cell that stays as it is, in small letters → why
@@ -74,7 +74,6 @@ class Platform:
     points: str
     example: str
     own_key: str = ""
-    most_row: str = ""
     most_column: str = ""
     locked: str = ""
     empty: str = "-"
@@ -93,7 +92,6 @@ PLATFORMS = (
         r"(?!.*(?:Current|Final|Override) (?:Score|Points|Grade|Status))(?P<title>.*\S)\s*\((?P<number>\d+)\)",
         "'Lab 3 (1234)', a title and Canvas's number; it is none that Canvas computes or has as read only",
         own_key="ID",
-        most_row="Points Possible",
         closed={"n/a": "Canvas has not assigned it to them (N/A).", "ex": "they are excused on Canvas (EX)."},
         excused="EX",
     ),
@@ -350,14 +348,16 @@ def read(data: bytes) -> Export:
 def _with_rows_and_columns(export: Export) -> Export:
     """Add the rows that name a student, and the columns that take points, to a platform's file; return it.
 
-    Canvas's row "Points Possible" is none of a student. A column takes points if its heading matches and it is not read
-    only; where the maximum stands in a column of the file, only if all rows have the same.
+    Canvas's row of maximum points is none of a student, and so is that of its test student. A column takes points if
+    its heading matches and it is not read only; where the maximum stands in a column of the file, only if all rows have
+    the same.
     """
     platform, cells = export.platform, export.table
     known = (*platform.keys, *platform.names)
     rows = [row for row in range(1, len(cells.rows)) if any(export.under(row, heading) for heading in known)]
-    most_row = next((row for row in rows if platform.most_row and export.name(row) == platform.most_row), None)
-    export.students.extend(row for row in rows if row != most_row)
+    nobody = NO_STUDENTS if platform.name == CANVAS else ()
+    most_row = next((row for row in rows if export.name(row) in nobody[:1]), None)
+    export.students.extend(row for row in rows if export.name(row) not in nobody or export.under(row, "SIS User ID"))
     in_rows = {export.under(row, platform.most_column) for row in export.students}
     for place, heading in enumerate(export.head):
         match = re.fullmatch(platform.points, heading, re.DOTALL)
@@ -378,6 +378,37 @@ def _same(first: str, second: str) -> bool:
 def _number(text: str) -> Decimal | None:
     """Read a number with a point or a comma before its decimals; return None for any other text."""
     return Decimal(text.replace(",", ".")) if _NUMBER.fullmatch(text) else None
+
+
+def _words(text: str) -> str:
+    """Return the words and numbers of a text between spaces, so that "Lab 2" is in "Lab 02: speed (1234)"."""
+    words = re.findall(r"[^\W\d_]+|\d+", text.casefold())
+    return f" {' '.join(word.lstrip('0') or word for word in words)} "
+
+
+def maxima(course: Course) -> dict[str, Fraction]:
+    """Return title of each assignment → what its column is out of, for a student who is excused from nothing."""
+    grades = account_of(course, Handed(StudentRecord("-"), nothing_given(course))).assignments
+    return {grade.title: grade.out_of for grade in grades if grade.title}
+
+
+def misplaced(maxima: Mapping[str, Fraction], own: str, column: PointsColumn, maximum: Decimal, file: str) -> str:
+    """Return the title of another assignment, if a column seems to be of that one; "" if not.
+
+    It is the one with its title in the column's heading, or else in the file's name, or else with its maximum.
+
+    Parameters
+    ----------
+    maxima : from :func:`maxima`
+    own : title of the assignment that is put into the column; "" for all that counts
+    column, maximum : the column, and what it is out of
+    file : name of the file
+    """
+    titles = sorted(maxima, key=lambda title: (len(title), title == own), reverse=True)
+    named = [title for text in (column.heading, file) for title in titles if _words(title) in _words(text)]
+    if not named and own and maxima[own] != maximum:
+        named = [title for title in titles if maxima[title] == maximum]
+    return named[0] if named and len(maxima) > 1 and named[0] != own else ""
 
 
 # --- how a student is matched -----------------------------------------------------------------------------------------
@@ -444,8 +475,7 @@ class Earned(NamedTuple):
     ----------
     share : points earned of what they are out of, exactly; 1 for all of them; None if there is no mark to write
     remark : why there is no mark, or why it is not final; "" if it is
-    state : of the assignment if all in it is decided, or "excused"; for all that counts, "missing" if all assignments
-        are missing; otherwise ""
+    state : of the work, or "excused"; "" if nothing is known to be handed in, or all that counts is not due yet
     """
 
     share: Fraction | None
@@ -471,10 +501,11 @@ def earned(book: Gradebook, course: Course, assignment: Assignment | None = None
         if grade is not None and (has_marks or grade.is_excused):
             entry = _earned_in(grade)
         elif not has_marks:
-            there = caseless(about.student) in handed_in
-            entry = Earned(None, "handed in, and not graded yet." if there else "nothing handed in.")
+            entry = Earned(None, "nothing handed in.")
+            if caseless(about.student) in handed_in:
+                entry = Earned(None, "handed in, and not graded yet.", State.HANDED_IN)
         elif graded and graded.marks and all(mark.status == Status.NOT_MARKED for mark in graded.marks if mark.out_of):
-            entry = Earned(None, f"not graded, as grading failed; say {program.name()} grade again.")
+            entry = Earned(None, f"grading failed; say {program.name()} grade again.", State.NOT_GRADED)
         else:
             entry = _earned_in_all(account)
         found[about.student] = entry
@@ -488,11 +519,11 @@ def _earned_in_all(account: Account) -> Earned:
     share = account.earned / account.out_of
     if account.undecided:
         waits = listed([f"{item.question} {item.part}" for item in account.undecided], _NAMED)
-        return Earned(share, f"still waits for a person: {waits}.")
+        return Earned(share, f"still waits for a person: {waits}.", State.WAITS)
     if account.later:
         return Earned(share, f"only what is due so far: not {account.later}.")
     nothing = all(one.state is State.MISSING for one in account.so_far if one.title)
-    return Earned(share, state=State.MISSING if nothing else "")
+    return Earned(share, state=State.MISSING if nothing else State.MARKED)
 
 
 def _earned_in(grade: AssignmentGrade) -> Earned:
@@ -500,11 +531,11 @@ def _earned_in(grade: AssignmentGrade) -> Earned:
     if grade.is_excused:
         return Earned(None, f"{_EXCUSED}.", _EXCUSED)
     if grade.is_empty or not grade.possible:
-        return Earned(None, f"{grade.state}.")
+        return Earned(None, f"{grade.state}.", grade.state)
     share = grade.points / grade.out_of
     if grade.undecided:
         waits = listed([f"{item.question} {item.part}" for item in grade.undecided], _NAMED)
-        return Earned(share, f"{grade.state}: {waits}.")
+        return Earned(share, f"{grade.state}: {waits}.", State.WAITS)
     return Earned(share, f"{grade.state}." if grade.state is State.NOT_GRADED else "", grade.state)
 
 
@@ -516,13 +547,13 @@ class StudentCell:
     ----------
     before, after : its text, and the text to write; None if no mark is written
     remark : why it is left, or what is worth knowing about the mark
-    complete : whether all of the student's marks are in it
+    waits : whether somebody has to act before all of the student's marks are in it
     """
 
     before: str
     after: str | None
     remark: str = ""
-    complete: bool = False
+    waits: bool = False
 
 
 def fill(
@@ -566,9 +597,9 @@ def fill(
         mark, before = earned[about.student], export.table.cell(row, column.place)
         why = _why_left(export, column, row)
         after: str | None = None
-        remark, complete = why or mark.remark, False
-        if not why and mark.state == _EXCUSED and export.platform.excused:
-            after, complete = export.platform.excused, True
+        remark, is_excused = why or mark.remark, mark.state == _EXCUSED
+        if not why and is_excused and export.platform.excused:
+            after = export.platform.excused
         elif not why and mark.share is not None and (unfinished or not mark.remark):
             exactly = half_up(mark.share * Fraction(maximum), decimals)
             value = min(exactly, Fraction(maximum))
@@ -578,8 +609,10 @@ def fill(
             elif mark.state == State.MISSING:
                 remark = remark or f"{State.MISSING}."
             after = before if _number(before) == value else in_full(value).replace(".", "," if comma else ".")
-            complete = not mark.remark
-        entries[about.student] = StudentCell(before, after, remark, complete)
+        waits = mark.state in WAITING or (is_excused and after is None and not _is_empty(export.platform, before))
+        if why:
+            waits = before.casefold() not in export.platform.closed
+        entries[about.student] = StudentCell(before, after, remark, waits)
         if after not in (None, before):
             new[row, column.place] = after
     if above and not cap:

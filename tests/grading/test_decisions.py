@@ -11,8 +11,8 @@ import pytest
 from labcourse.errors import GradingError
 from labcourse.grading.assignments import Handed, State, works
 from labcourse.grading.batch import Batch, Settings
-from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecord
-from labcourse.grading.intake import find, platforms
+from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecord, roster
+from labcourse.grading.intake import find
 from labcourse.grading.marks import UNDECIDED, Status
 from labcourse.grading.reports import intake_table
 from labcourse.grading.settings import CourseSettings, Deadline, LateSettings
@@ -137,9 +137,9 @@ def test_a_table_is_read_whole_or_refused(tmp_path, monkeypatch):
     path = tmp_path / "intake.csv"
     intake_table.write(path, [DOUBT], {DOUBT: "ada"})
     size = path.stat().st_size
-    monkeypatch.setattr(platforms, "MAX_TABLE", size)
+    monkeypatch.setattr(roster, "MAX_TABLE", size)
     assert intake_table.read(path) == {DOUBT: "ada"}
-    monkeypatch.setattr(platforms, "MAX_TABLE", size - 1)
+    monkeypatch.setattr(roster, "MAX_TABLE", size - 1)
     with pytest.raises(GradingError):
         intake_table.read(path)
     path.write_text("submission,about\n", encoding="utf-8")

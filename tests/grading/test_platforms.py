@@ -102,7 +102,7 @@ def test_quotes_lines_and_bytes_stay_as_they_are():
 
 #: Platform → how its column may be called, whole heading first; its maximum; lines of its students.
 COLUMNS = {
-    "Canvas": (("Lab 3 (1234)", "lab 3", "1234"), Decimal(100), [4, 5, 6, 7, 9]),
+    "Canvas": (("Lab 3 (1234)", "lab 3", "1234"), Decimal(100), [4, 5, 6, 7]),
     "Moodle": (("Assignment: Lab 3 (Real)", "Assignment: Lab 3", "Lab 3"), None, [2, 4, 5, 6]),
     WORKSHEETS: (("Grade", "grade"), Decimal(50), [2, 3, 4, 5]),
     "Blackboard": (("Lab 3 [Total Pts: 100 Score] |123456", "Lab 3", "123456"), Decimal(100), [2, 3, 4, 5]),
@@ -164,6 +164,28 @@ def test_a_column_that_takes_no_marks_is_refused_by_name(content, asked):
 def test_of_several_columns_one_has_to_be_named(content, asked):
     with pytest.raises(GradingError, match=r"Several columns.*'Lab 3 \(1234\)', '\w+ 3? ?\(99\)'"):
         export(content).column(asked)
+
+
+@pytest.mark.parametrize(
+    ("content", "file", "own", "other"),
+    [
+        (CANVAS, "grades", "Lab 03", ""),
+        (CANVAS, "Lab 02", "Lab 03", ""),  # the heading says more than the file's name
+        (CANVAS, "grades", "Lab 02", "Lab 03"),
+        (CANVAS, "grades", "", "Lab 03"),  # all that counts
+        (CANVAS.replace("Lab 3 (1234)", "Lab 30 (1234)"), "grades", "Lab 02", ""),
+        (CANVAS.replace("Lab 3 (1234)", "Lab 3 report (1234)"), "grades", "Lab 03", "Lab 03 report"),
+        (WORKSHEET, "Grades-LAB-Lab 03-77", "Lab 02", "Lab 03"),
+        (WORKSHEET, "grades", "Lab 02", "Lab 03"),  # is out of 50
+        (WORKSHEET, "grades", "Lab 03", ""),
+        (WORKSHEET.replace("50.00", "100.00"), "grades", "Lab 02", ""),
+    ],
+)
+def test_a_column_of_another_assignment_is_known_by_its_title_or_its_maximum(content, file, own, other):
+    found = export(content)
+    column = found.columns[0]
+    maxima = {"Lab 02": Fraction(20), "Lab 03": Fraction(50), "Lab 03 report": Fraction(10)}
+    assert platforms.misplaced(maxima, own, column, found.maximum(column), file) == other
 
 
 def maximum(content, out_of):
@@ -281,7 +303,7 @@ DIFFERENCES = {
 
 #: Platform → whom the gradebook does not have, and whether s1004 is not in the file.
 UNKNOWN = {
-    "Canvas": ("f00ba4 (Student, Test, line 9)", False),
+    "Canvas": ("", False),
     "Moodle": ("Zoe", True),
     WORKSHEETS: ("", False),
     "Blackboard": ("", False),
@@ -297,7 +319,7 @@ def test_one_column_is_filled_and_not_another_byte_changes(book, platform):
     assert FILES[platform].count(before.encode(codec)) == 1
     assert data == FILES[platform].replace(before.encode(codec), after.encode(codec))
     bob = entries["s1002"]  # 1.2 of 3 is 40 of 100, 20 of 50 and 8 of 20: "40.00" is that already
-    assert bob.after == bob.before and bob.complete and not entries["s1003"].complete
+    assert bob.after == bob.before and not bob.waits and entries["s1003"].waits
     assert [int(word) for word in summary[0].replace("(", "").split() if word.isdigit()][:3] == [1, 0, 1]
     unknown, missing = UNKNOWN[platform]
     assert any("not in the gradebook" in line and unknown in line for line in summary) == bool(unknown)
@@ -329,7 +351,7 @@ def test_a_mark_that_replaces_another_and_one_of_unfinished_work_are_listed(book
     data, _entries, summary = fill(book, WORKSHEET.replace(",20.00,50.00", ",19.5,50.00"))
     assert "1 replaced: s1002: 19.5 → 20" in summary and b",20,50.00,Yes" in data
     data, entries, _summary = fill(book, CANVAS, unfinished=True)
-    assert b'"Lab A, Lab B",,66.67,9' in data and not entries["s1003"].complete
+    assert b'"Lab A, Lab B",,66.67,9' in data and entries["s1003"].waits
     assert entries["s1003"].remark == "still waits for a person: 2.11 explanation."
 
 
@@ -338,7 +360,7 @@ def test_a_mark_above_the_maximum_is_refused_for_all_at_once_unless_it_is_to_be_
     with pytest.raises(GradingError, match="s1001: 110, s1003: 105"):
         fill(book, CANVAS, have=much)
     data, entries, _summary = fill(book, CANVAS, have=much, cap=True)
-    assert b'twice",100,8' in data and entries["s1001"].complete and "110" in entries["s1001"].remark
+    assert b'twice",100,8' in data and not entries["s1001"].waits and "110" in entries["s1001"].remark
     theirs, all_of_it = CANVAS.replace("100.00", "99.50"), {"s1001": Earned(Fraction(1))}
     with pytest.raises(GradingError, match=r"s1001: 100.*more --decimals"):  # by rounding alone
         fill(book, theirs, have=all_of_it, decimals=0)
@@ -440,8 +462,10 @@ def test_what_a_platform_does_not_take_is_refused(book, platform, why):
 
 def test_the_zip_has_the_pages_of_the_report_and_a_zip_where_a_zip_was(book, tmp_path):
     paths = {"s1001": "a_71_1_lab.zip", "s1002": "b/feedback.html", "s1004": "c"}
-    data, messages = feedback_zip.pack(book, OURS, paths, {"x": "why."})
-    assert feedback_zip.pack(book, OURS, paths, {"x": "why."})[0] == data
+    record = tmp_path / "record"
+    data, new, messages = feedback_zip.pack(book, OURS, paths, {"x": "why."}, record, False)
+    record.write_bytes(new)
+    assert feedback_zip.pack(book, OURS, paths, {"x": "why."}, record, False)[0] == data  # asked twice, the same
     assert messages == [
         "2 pages of feedback in the zip.",
         "x: no page; why.",
@@ -454,7 +478,26 @@ def test_the_zip_has_the_pages_of_the_report_and_a_zip_where_a_zip_was(book, tmp
     assert b"Half of it." not in archive.read("b/feedback.html")
     later = replace(OURS.settings, feedback=FeedbackSettings(opens=datetime(2999, 1, 1, tzinfo=UTC)))
     with pytest.raises(GradingError, match="2999-01-01"):
-        feedback_zip.pack(book, replace(OURS, settings=later), paths, {})
+        feedback_zip.pack(book, replace(OURS, settings=later), paths, {}, record, False)
     (tmp_path / "x.zip").write_bytes(b"no")
     with pytest.raises(GradingError, match=r"x\.zip"):
         feedback_zip.names_in(tmp_path / "x.zip")
+
+
+def test_the_zip_has_pages_that_changed_since_they_were_packed_and_given_back_or_all(tmp_path):
+    record, paths = tmp_path / "record", {"s1001": "a/feedback.html", "s1002": "b/feedback.html"}
+
+    def packed(all_pages=False):
+        data, new, _messages = feedback_zip.pack(book, OURS, paths, {}, record, all_pages)
+        record.write_bytes(new)
+        return zipfile.ZipFile(io.BytesIO(data)).namelist() if data else []
+
+    with Gradebook(class_of_four(tmp_path)) as book:
+        book.publish("anna")
+        assert packed() == ["a/feedback.html", "b/feedback.html"]
+        book.publish("anna")
+        assert packed() == [] and packed(all_pages=True) == ["a/feedback.html", "b/feedback.html"]
+        book.set_mark("s1002", "2.11", "explanation", 0.5, reason="Half of it, too.", actor="anna")
+        assert packed() == ["b/feedback.html"]
+        book.publish("anna")
+        assert packed() == []

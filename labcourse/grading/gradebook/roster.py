@@ -28,23 +28,20 @@ are text, whatever they begin with, with two exceptions: ``="0042"``, by which E
 
 from __future__ import annotations
 
-import codecs
-import csv
-import io
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import chain
+from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
 
 from labcourse import student_id
-from labcourse.errors import GradebookError, StudentIDError
+from labcourse.errors import GradebookError, GradingError, StudentIDError
 from labcourse.grading.gradebook import storable
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.messages import listed
-from labcourse.student_id import caseless, name_words
+from labcourse.safe_text import from_csv
+from labcourse.student_id import caseless, letters, name_words
 
 #: Data of a student → headings of the columns that may have it, the best first.
 _HEADINGS = {
@@ -59,66 +56,52 @@ _HEADINGS = {
     "section": ("section",),
     "group": ("group", "groups"),
 }
-_KNOWN = {heading for headings in _HEADINGS.values() for heading in headings}
 _OTHER_NAMES = (*_HEADINGS["ID"], "alias", "aliases", "othernames", "identifier", "userid", "canvasuserid")
 _BRIGHTSPACES, _MARKED = "orgdefinedid", ("orgdefinedid", "username")  # columns of Brightspace, with # before cells
 _REMOVED = "-"
+MAX_TABLE = 10_000_000  #: bytes of a table that an instructor writes; 100 000 lines
 _MOST_UNREAD = 12  # columns that are named in the note
 _ADDED = ("name", "email", "aliases")  # fields of which a student keeps all values
 #: Names in Canvas's export that are no student's: the row of maximum points, and the test student.
 NO_STUDENTS = ("Points Possible", "Student, Test", "Test Student")
-_EXCELS_SEPARATOR = re.compile(r"\Asep=[^\r\n]*", re.IGNORECASE)  # a line before the headings
+PARTICIPANT = re.compile(r"\w+ (?=\d+$)")  #: in Moodle's "Participant 1234567"
+_Pairs = list[tuple[StudentRecord, StudentRecord]]  # of a student's record, and what a line says
 _EXCELS_ZEROS = re.compile(r'="([^"]*)"')
 
 
-@dataclass(frozen=True)
-class RosterEntry:
-    """A student in a roster.
+def add(record: StudentRecord, entry: StudentRecord) -> list[str]:
+    """Add what a line of a roster says to a student's record, and enrol them.
 
-    Attributes
+    Parameters
     ----------
-    student : ID; "" without one
-    details : the fields of StudentRecord for which the roster has a column
-    line : number of the line
+    record : as stored; that of a new student has only the ID
+    entry : the line
+
+    Returns
+    -------
+    list
+        A note that says what was added beside known values, replaced and removed; none if nothing was.
     """
-
-    student: str
-    details: dict[str, Any]
-    line: int = field(default=0, compare=False)
-
-    @property
-    def name(self) -> str:
-        """Name of the student; "" without one."""
-        return str(self.details.get("name", ""))
-
-    def update(self, record: StudentRecord) -> list[str]:
-        """Update a student's record, and enrol them; return a note, if something was added, replaced or removed.
-
-        Parameters
-        ----------
-        record : as stored; that of a new student has only the ID
-        """
-        details, changes, others = dict(self.details), list[str](), [self.student]
-        if record.section in ("", record.group):
-            details.setdefault("section", details.get("group", ""))
-        for name, cell in details.items():
-            old, is_removed = getattr(record, name), cell in (_REMOVED, (_REMOVED,))
-            if old and name in _ADDED and not is_removed:
-                others += [cell] if isinstance(cell, str) else cell
-            elif cell:
-                setattr(record, name, type(old)() if is_removed else cell)
-                if old and old != cell:
-                    label = "other names" if name == "aliases" else name
-                    changes.append(f"{label} {_shown(old)} {'is removed' if is_removed else f'→ {_shown(cell)}'}")
-        known = {*map(caseless, (record.student, record.email, *record.aliases, ""))}
-        new = {caseless(other): other for other in others if name_words(other) != name_words(record.name)}
-        if added := tuple(new[other] for other in new if other not in known):
-            record.aliases = (*record.aliases, *added)
-            changes.append(f"also {_shown(added)}")
-        if caseless(self.student) == caseless(record.student):
-            record.student = self.student
-        record.enrolled = True
-        return [f"{record.student}: {', '.join(changes)}."] if changes else []
+    changes, others = list[str](), [entry.student]
+    entry.section = entry.section or (entry.group if record.section in ("", record.group) else "")
+    for name in ("name", "email", "section", "group", "aliases"):
+        old, cell = getattr(record, name), getattr(entry, name)
+        is_removed = cell in (_REMOVED, (_REMOVED,))
+        if old and name in _ADDED and not is_removed:
+            others += [cell] if isinstance(cell, str) else cell
+        elif cell:
+            setattr(record, name, type(old)() if is_removed else cell)
+            if old and old != cell:
+                change = "is removed" if is_removed else f"→ {_shown(cell)}"
+                changes.append(f"{name.replace('aliases', 'other names')} {_shown(old)} {change}")
+    known = {*map(caseless, (record.student, record.email, *record.aliases, ""))}
+    new = {caseless(other): other for other in others if name_words(other) != name_words(record.name)}
+    if added := tuple(new[other] for other in new if other not in known):
+        record.aliases += added
+        changes.append(f"also {_shown(added)}")
+    record.student = entry.student if caseless(entry.student) == caseless(record.student) else record.student
+    record.enrolled = True
+    return [f"{record.student}: {', '.join(changes)}."] if changes else []
 
 
 def _shown(value: str | Sequence[str]) -> str:
@@ -148,9 +131,7 @@ def contradict(first: str, second: str) -> bool:
     return all(words) and words[0].isdisjoint(words[1])
 
 
-def match(
-    entries: Sequence[RosterEntry], students: Iterable[StudentRecord]
-) -> tuple[list[tuple[RosterEntry, StudentRecord]], list[str]]:
+def match(entries: Mapping[int, StudentRecord], students: Iterable[StudentRecord]) -> tuple[_Pairs, list[str]]:
     """Find the student of each line of a roster.
 
     It is the one with its ID; or else the one with another of its numbers or addresses, if the two names have a word in
@@ -159,103 +140,83 @@ def match(
 
     Parameters
     ----------
-    entries : the lines
+    entries : number of a line → what it says
     students : of the gradebook
 
     Returns
     -------
     list
-        Each line, with the record of its student: a new one if nobody is found.
+        The record of each student, a new one if nobody is found, and what the line says.
     list
         A message on each line that has no ID and leads to nobody, or to several students.
     """
     known = {student.folded: student for student in students}
-    own = {caseless(entry.student) for entry in entries}
+    own = {caseless(entry.student) for entry in entries.values()}
     others = {student.student: student for folded, student in known.items() if folded not in own}
-    keys, lines = by_key(others.values()), Counter(name_words(entry.name) for entry in entries)
-    pairs, problems = list[tuple[RosterEntry, StudentRecord]](), list[str]()
-    for entry in entries:
+    keys, names = by_key(others.values()), Counter(name_words(entry.name) for entry in entries.values())
+    pairs, problems = _Pairs(), list[str]()
+    for line, entry in entries.items():
         record, words = known.get(caseless(entry.student)), name_words(entry.name)
-        values = (entry.student, entry.details.get("email", ""), *entry.details.get("aliases", ()))
-        led = set[str]().union(*(keys.get(caseless(value), ()) for value in values)) & {*others}
+        led = {who for key in by_key([entry]) for who in keys.get(key, ()) if who in others}
         found = [who for who in led if not contradict(entry.name, others[who].name)]
-        if not (found or entry.student) and words and lines[words] == 1:
-            found = [who for who in others if name_words(others[who].name) == words]
+        if not (found or entry.student) and names[words] == 1:
+            found = [who for who in others if words and name_words(others[who].name) == words]
         if record is None and len(found) == 1:
             record = others.pop(found[0])
         if record or entry.student:
-            pairs.append((entry, record or StudentRecord(entry.student)))
+            pairs.append((record or StudentRecord(entry.student), entry))
         else:
             leads = f"may be one or another: {', '.join(sorted(found))}" if found else "leads to nobody"
-            problems.append(f"Line {entry.line}: it has no ID, and {leads}. It is not taken.")
+            problems.append(f"Line {line}: it has no ID, and {leads}. It is not taken.")
     return pairs, problems
 
 
-def read(path: Path) -> tuple[list[RosterEntry], list[str], list[str]]:
+def read(path: Path) -> tuple[dict[int, StudentRecord], list[str], list[str]]:
     """Read the students of a roster.
 
     Returns
     -------
-    list
-        The students, in order.
+    dict
+        Number of the line → the student in it; without ID if it has none.
     list
         A message on each line that is not taken: its ID is not valid, or a student of an earlier line, with other data.
     list
-        Messages that name the columns that are not read, and Canvas's rows of no student, if there are any.
+        A message that names the columns that are not read, if there are any.
 
     Raises
     ------
-    GradebookError
+    GradingError
         If the file cannot be read, or has no column of IDs, e-mail addresses or other names.
     """
-    lines = list(io.StringIO(_EXCELS_SEPARATOR.sub("", _text(path)), newline=""))
-    entries: dict[str, RosterEntry] = {}
-    problems, canvas = list[str](), list[str]()
-    try:
-        separator = max(",;\t", key=lambda mark: len(_KNOWN.intersection(_headings(lines, mark))))
-        headings = _headings(lines, separator)
-        columns = _columns(path, headings)
-        is_canvas = {"id", "section"} <= {*headings} and bool({"student", "lastname"} & {*headings})
-        table = csv.DictReader(lines, list(headings), delimiter=separator, restval="")
-        next(table, None)
-        for row in table:
-            line, cells = table.line_num, {heading: _stripped(row[heading]) for heading in headings}
-            try:
-                entry = _entry(cells, columns, line)
-            except StudentIDError as error:
-                problems.append(f"Line {line}: {error} It is not taken.")
-                continue
-            if is_canvas and entry.name in NO_STUDENTS and not cells.get("sisuserid"):
-                canvas.append(str(line))
-            elif entry.student or any(entry.details.values()):
-                first = entries.setdefault(caseless(entry.student) or f" {line}", entry)
-                if first != entry:
-                    problems.append(f"Line {line}: {entry.student!r} is in line {first.line} already. It is not taken.")
-    except csv.Error as error:
-        raise GradebookError(f"The roster {path} is not a CSV that can be read: {error}.") from None
+    numbered = ((line, row) for line, row in enumerate(read_table(path), 1) if any(row))
+    headings = _headings(next(numbered, (0, []))[1])
+    columns = _columns(path, headings)
+    is_canvas = {"id", "section"} <= {*headings} and bool({"student", "lastname"} & {*headings})
+    entries: dict[int, StudentRecord] = {}
+    lines: dict[str, int] = {}
+    problems = []
+    for line, row in numbered:
+        cells = dict(zip(headings, map(_stripped, chain(row, repeat(""))), strict=False))
+        try:
+            entry = _entry(cells, columns)
+        except StudentIDError as error:
+            problems.append(f"Line {line}: {error} It is not taken.")
+            continue
+        is_student = not is_canvas or entry.name not in NO_STUDENTS or bool(cells.get("sisuserid"))
+        if is_student and any((entry.student, entry.name, entry.email, entry.aliases)):
+            first = lines.setdefault(caseless(entry.student) or str(line), line)
+            if entries.setdefault(first, entry) != entry:
+                problems.append(f"Line {line}: {entry.student!r} is in line {first} already. It is not taken.")
     unread = [name for heading, name in headings.items() if name and heading not in chain(*columns.values())]
     notes = [f"Columns that are not read: {listed(unread, _MOST_UNREAD)}."] if unread else []
-    notes += [f"Rows of Canvas's own, of no student: lines {', '.join(canvas)}."] if canvas else []
-    return list(entries.values()), problems, notes
+    return entries, problems, notes
 
 
-def _text(path: Path) -> str:
-    """Return the text of a file in UTF-8 or UTF-16. Raises GradebookError if it cannot be read."""
-    try:
-        data = path.read_bytes()
-        coding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
-        return data.decode(coding)
-    except OSError as error:
-        raise GradebookError(f"The roster {path} cannot be read: {error.strerror}.") from None
-    except UnicodeDecodeError:
-        raise GradebookError(f"The roster {path} is not UTF-8. In Excel, save it as 'CSV UTF-8'.") from None
-
-
-def _headings(lines: Sequence[str], separator: str) -> dict[str, str]:
+def _headings(names: Sequence[str]) -> dict[str, str]:
     """Return letters and digits of each heading → the heading; to repeated ones, the column's number is added."""
     headings: dict[str, str] = {}
-    for place, name in enumerate(next(filter(None, csv.reader(lines, delimiter=separator)), [])):
-        heading = "".join(filter(str.isalnum, name.casefold()))
+    for place, name in enumerate(names):
+        heading = letters(name)
         headings[f"{heading} {place}" if heading in headings else heading] = _on_one_line(name)
     return headings
 
@@ -287,14 +248,13 @@ def _columns(path: Path, headings: Collection[str]) -> dict[str, list[str]]:
     return {"student": student, **of_headings, "name": name, "aliases": aliases}
 
 
-def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]], line: int) -> RosterEntry:
+def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]]) -> StudentRecord:
     """Return the student of a row. Raises StudentIDError if the ID is not valid.
 
     Parameters
     ----------
     cells : heading → text of the cell
     columns : from :func:`_columns`
-    line : number of the line
     """
     if _BRIGHTSPACES in cells:
         cells = {heading: cell.removeprefix("#") if heading in _MARKED else cell for heading, cell in cells.items()}
@@ -302,6 +262,27 @@ def _entry(cells: Mapping[str, str], columns: Mapping[str, list[str]], line: int
     (student,) = texts.pop("student", [""])
     others = [_on_one_line(name) for text in texts.pop("aliases", ()) for name in text.split(";")]
     details: dict[str, Any] = {field: " ".join(filter(None, map(_on_one_line, cell))) for field, cell in texts.items()}
-    if columns["aliases"]:
-        details["aliases"] = tuple(dict.fromkeys(filter(None, others)))
-    return RosterEntry(student and student_id.normalised(student), details, line)
+    details["aliases"] = tuple(dict.fromkeys(filter(None, others)))
+    return StudentRecord(student and student_id.normalised(student), **details)
+
+
+def read_table(path: Path) -> list[list[str]]:
+    """Read the rows of a CSV that an instructor wrote.
+
+    Raises
+    ------
+    GradingError
+        If there is no such file, or if it cannot be read or is too long.
+    """
+    try:
+        with open(path, "rb") as file:
+            data = file.read(MAX_TABLE + 1)
+        if len(data) > MAX_TABLE:
+            raise GradingError(f"{path} has more than {MAX_TABLE} bytes. Delete rows that are not needed.")
+        return from_csv(data)
+    except FileNotFoundError:
+        raise GradingError(f"There is no file {path}.") from None
+    except OSError as error:
+        raise GradingError(f"{path} cannot be read: {error.strerror}.") from None
+    except ValueError as error:
+        raise GradingError(f"{path} cannot be read: {error}. Save it as CSV in UTF-8.") from None

@@ -141,19 +141,19 @@ class Gradebook(AbstractContextManager["Gradebook"]):
 
         Raises
         ------
-        GradebookError
+        GradingError
             If the file as a whole cannot be read; then nothing changes.
         """
         entries, problems, notes = roster.read(path)
         allowed = set(map(caseless, again))
         added = changed = 0
         with self._database.writing() as session:
-            doubtful = (entry.student for entry in entries if caseless(entry.student) not in {*allowed, ""})
-            erased = erased_students(session, doubtful)
-            entries = [entry for entry in entries if entry.student not in erased]
+            doubtful = (entry.student for entry in entries.values() if caseless(entry.student) not in allowed)
+            erased = erased_students(session, filter(None, doubtful))
+            entries = {line: entry for line, entry in entries.items() if entry.student not in erased}
             pairs, unknown = roster.match(entries, session.scalars(select(StudentRecord)))
-            for entry, student in pairs:
-                notes += entry.update(student)
+            for student, entry in pairs:
+                notes += roster.add(student, entry)
                 if student in session:
                     changed += session.is_modified(student)
                 else:

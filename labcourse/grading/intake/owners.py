@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -11,6 +10,7 @@ from typing import Any
 from labcourse import course_file, student_id
 from labcourse.errors import ConfigurationError, StudentIDError
 from labcourse.grading.gradebook.records import StudentRecord
+from labcourse.grading.gradebook.roster import PARTICIPANT, by_key
 from labcourse.grading.intake import platforms
 from labcourse.grading.intake.archives import is_notebook
 from labcourse.grading.intake.platforms import Label, encodings, without_copy_number
@@ -19,7 +19,6 @@ from labcourse.problems import Code, Problem
 from labcourse.student_id import caseless, letters, plain_letters
 
 MOST_TOGETHER = 4  #: students of one submission; as many as stand around a bench
-_PARTICIPANT = re.compile(r"\w+ (?=\d+$)")
 _PAIR = "+"  # between the IDs of those who hand in together
 
 
@@ -47,12 +46,10 @@ class Roster:
         groups = Counter(record.group for record in records)
         # Of more students, it is no laboratory group, but a section.
         self._groups = {record.student: record.group for record in records if groups[record.group] <= MOST_TOGETHER}
-        self._aliases, self._names, self._plain_names = (defaultdict[str, set[str]](set) for _kind in range(3))
+        # Moodle's grading worksheet has "Participant 1234567", its downloads the number.
+        self._keys = [by_key(records, pattern) for pattern in ("", PARTICIPANT)]
+        self._names, self._plain_names = (defaultdict[str, set[str]](set) for _kind in range(2))
         for record in records:
-            for alias in map(caseless, filter(None, (record.email, *record.aliases))):
-                # Moodle's grading worksheet has "Participant 1234567", its downloads the number.
-                for name in (alias, _PARTICIPANT.sub("", alias)):
-                    self._aliases[name].add(record.student)
             names = (record.name, *(alias for alias in record.aliases if " " in alias))
             for words in (name.replace(",", " ").split() for name in names):
                 for place in range(len(words)):
@@ -88,7 +85,8 @@ class Roster:
             return {record.student}
         if not (plain := plain_letters(name)):
             return set()
-        exact = self._aliases.get(caseless(name), set()) | self._names.get(letters(name), set())
+        by_keys = (keys.get(caseless(name), set()) for keys in self._keys)
+        exact = set[str]().union(*by_keys, self._names.get(letters(name), set()))
         return exact or self._plain_names.get(plain, set())
 
     def by_label(self, label: Label) -> Owner:

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from labcourse.errors import GradingError
+from labcourse.grading.gradebook.roster import read_table
 from labcourse.patterns import pattern
-from labcourse.safe_text import from_csv
 from labcourse.student_id import letters
 
 MOODLE, CANVAS, BLACKBOARD, BRIGHTSPACE, NBGRADER = "Moodle", "Canvas", "Blackboard", "Brightspace", "nbgrader"
@@ -57,7 +57,6 @@ _TIME = pattern(
 )
 _NAMES = ("name", "student", "studentid", "id", "file", "folder", "identifier", "fullname", "username", "emailaddress")
 _TIMES = ("time", "submitted", "received", "lastmodifiedsubmission", "date", "datesubmitted", "submittedat")
-MAX_TABLE = 10_000_000  #: bytes of a table that an instructor writes; 100 000 lines
 
 _Content = TypeVar("_Content")
 
@@ -217,25 +216,3 @@ def read_times(path: Path, zone: tzinfo = UTC) -> tuple[dict[str, datetime], lis
         else:
             times |= {cells[column]: time for column in name_columns if cells[column]}
     return times, problems
-
-
-def read_table(path: Path) -> list[list[str]]:
-    """Read the rows of a CSV that an instructor wrote.
-
-    Raises
-    ------
-    GradingError
-        If there is no such file, or if it cannot be read or is too long.
-    """
-    try:
-        with open(path, "rb") as file:
-            data = file.read(MAX_TABLE + 1)
-        if len(data) > MAX_TABLE:
-            raise GradingError(f"{path} has more than {MAX_TABLE} bytes. Delete rows that are not needed.")
-        return from_csv(data)
-    except FileNotFoundError:
-        raise GradingError(f"There is no file {path}.") from None
-    except OSError as error:
-        raise GradingError(f"{path} cannot be read: {error.strerror}.") from None
-    except ValueError as error:
-        raise GradingError(f"{path} cannot be read: {error}. Save it as CSV in UTF-8.") from None

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from labcourse import files
 from labcourse.errors import GradingError
-from labcourse.grading.intake.platforms import read_table
+from labcourse.grading.gradebook.roster import read_table
 from labcourse.grading.submission import Doubt
 from labcourse.safe_text import as_csv, from_spreadsheet_cell
 from labcourse.sentences import sentences

@@ -3,8 +3,8 @@
 import zipfile
 
 import pytest
-from gradebooks import graded, mark, prose, record
-from made_courses import OURS
+from gradebooks import enrol, graded, mark, prose, record
+from made_courses import OURS, copied
 from their_exports import CANVAS, FILES, class_of_four
 from typer.testing import CliRunner
 
@@ -59,6 +59,47 @@ def test_the_exit_code_says_whether_everybodys_mark_is_in(folder, more, code):
     assert ("ada@x.org,," if waits else "ada@x.org,20,") in (folder / "new.csv").read_text()
 
 
+STRANGER = '"Nobody, Known",75,s1009,known,Lab A,,,,,\r\n'
+
+
+@pytest.mark.parametrize(
+    ("platform", "column", "change", "code"),
+    [
+        ("Canvas", "1234", {}, 0),  # one is excused there, and the test student is nobody's
+        ("Canvas", "1234", {"\r\n\r\n\r\n": f"\r\n{STRANGER}"}, 1),
+        ("Canvas", "1234", {"\r\n\r\n\r\n": f"\r\n{STRANGER}".replace("s1009", "s1005")}, 0),  # was erased
+        ("Canvas", "1234", {",40.00,": ",good,", ",EX,": ",1,"}, 1),
+        ("worksheet", "Grade", {}, 1),  # Moodle takes no mark of one
+        ("worksheet", "Grade", {"50.00,No": "50.00,Yes"}, 0),  # who has handed in nothing
+    ],
+)
+def test_the_exit_code_of_an_ordinary_week_is_0_and_1_if_somebody_has_to_act(folder, platform, column, change, code):
+    file = folder / f"{platform}.csv"
+    content = file.read_bytes().decode()
+    for old, new in change.items():
+        assert old in content
+        content = content.replace(old, new)
+    file.write_text(content, encoding="utf-8", newline="")
+    with Gradebook(folder / "out" / "gradebook.sqlite") as book:
+        book.set_mark("s1003", "2.11", "explanation", 1.0, reason="All of it.", actor="anna")
+        enrol(book, folder, ("s1005", "Dan Dot", "", ""))
+        book.persons.erase("s1005", "anna")
+    done, _ = export(folder, "--into", file, "--column", column)
+    assert done.exit_code == code, done.output
+
+
+def test_the_column_of_another_assignment_is_named_and_the_scale_stated(folder):
+    (course := copied(folder / "course")).joinpath("course.toml").write_text(
+        '[[assignment]]\ntitle = "Lab 02"\nnotebooks = ["02_finding_stiffness"]\nout_of = 20\n'
+        '[[assignment]]\ntitle = "Lab 3"\nnotebooks = ["03_model_validation"]\nout_of = 25\n'
+    )
+    asked = ("--into", folder / "Canvas.csv", "--column", "1234", "--solutions", course, "--assignment")
+    done, said = export(folder, *asked, "Lab 02")
+    assert done.exit_code == 1 and "seems to be the column of Lab 3, not of Lab 02" in said
+    assert "out of 100 (Lab 02: 20; the points are scaled)" in said
+    assert "seems to be" not in export(folder, *asked, "Lab 3")[1]
+
+
 def test_a_dry_run_tells_the_same_and_each_new_mark_and_writes_nothing(folder):
     there = sorted(path.name for path in folder.rglob("*"))
     asked = ("--into", folder / "worksheet.csv", "--feedback", folder / "feedback.zip")
@@ -86,6 +127,14 @@ def test_feedback_for_moodle_and_for_canvas(folder):
         archive.writestr("lovelaceada_71_9001_lab.zip", b"")
     asked = ("--into", folder / "Canvas.csv", "--column", "1234", "--submissions", folder / "submissions.zip")
     export(folder, *asked, "--feedback", folder / "canvas.zip")
+    assert zipfile.ZipFile(folder / "canvas.zip").namelist() == ["lovelaceada_71_9001_lab.zip"]
+    with Gradebook(folder / "out" / "gradebook.sqlite") as book:
+        book.publish("anna")
+    (folder / "canvas.zip").unlink()
+    _, said = export(folder, *asked, "--feedback", folder / "canvas.zip")
+    assert "0 pages of feedback in the zip; 1 have not changed (--all)." in said
+    assert not (folder / "canvas.zip").exists()
+    export(folder, *asked, "--feedback", folder / "canvas.zip", "--all")
     assert zipfile.ZipFile(folder / "canvas.zip").namelist() == ["lovelaceada_71_9001_lab.zip"]
 
 

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from labcourse.errors import GradebookError
+from labcourse.errors import GradingError
 from labcourse.grading.gradebook import Graded, RunRecord, StudentRecord, roster
 from labcourse.grading.gradebook.records import RosterReport
+from labcourse.grading.intake.owners import Roster
+from labcourse.grading.intake.platforms import Label
 
 ADA = StudentRecord("ada", "Ada Lovelace", "ada@example.org", "A", enrolled=True)
 
@@ -135,12 +137,13 @@ BOTH = [  # s3 is found by the address, which is the login on Canvas, too
 def test_lists_of_two_platforms_add_up_and_say_nothing_the_second_time(imported):
     report, _students = imported(CANVAS)
     assert counts(report) == (3, 0, 0) and report.problems == ()
-    assert "of no student: lines 3, 7." in report.notes[1]
     report, students = imported(MOODLE)
     facts = [(who.student, who.name, who.email, who.section, who.aliases, who.group) for who in students]
     mentioned = [f"{who.student}: also {who.aliases[-1]!r}." for who in students]
     assert facts == BOTH
     assert (counts(report), list(report.notes), report.problems) == ((0, 3, 0), mentioned, ())
+    assert Roster(students).by_label(Label("Moodle", ("Mia Keller",), "2")).students == ("s2",)
+    assert Roster(students).by_label(Label("Canvas", ("kellermia",), "73")).students == ("s3",)
     for again in (CANVAS, MOODLE):
         report, there = imported(again)
         assert (counts(report), there, report.problems) == ((0, 0, 3), students, ())
@@ -221,20 +224,26 @@ def test_cells_are_text_whatever_they_begin_with(imported):
     ("content", "why"),
     [
         ("ada,Ada Lovelace\nbob,Bob\n", "no column of IDs: call one 'student'"),
-        (b"student,name\nada,Ad\xe4\n", "not UTF-8"),
-        ("student\n" + "x" * 200_000, "not a CSV that can be read"),
+        (b"student,name\nada,Ad\xe4\n", "cannot be read: .*utf-8"),
+        ("student\n" + "x" * 200_000, "cannot be read: field larger"),
     ],
 )
 def test_a_file_that_is_no_roster_is_refused_as_a_whole(book, imported, content, why):
-    with pytest.raises(GradebookError, match=why):
+    with pytest.raises(GradingError, match=why):
         imported(content)
     assert book.students() == []
 
 
 def test_an_import_is_one_transaction(book, imported, monkeypatch):
-    entries = [roster.RosterEntry("ada", {}), roster.RosterEntry("bob", {"shoe": "42"})]
-    monkeypatch.setattr(roster, "read", lambda _: (entries, [], []))
+    add = roster.add
+
+    def stumble(record, entry):
+        if entry.student == "bob":
+            raise AttributeError("shoe")
+        return add(record, entry)
+
+    monkeypatch.setattr(roster, "add", stumble)
     with monkeypatch.context() as patch, pytest.raises(AttributeError, match="shoe"):
         patch.setattr(book._database, "reading", None)  # what is read is read in the transaction that writes
-        imported("")
+        imported("id\nada\nbob\n")
     assert book.students() == []
