@@ -7,27 +7,29 @@ and the least advanced state of its notebooks. The table of states is in ``docs/
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from enum import StrEnum
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from labcourse import clock
+from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import GradingError
-from labcourse.grading.gradebook import Arrival, Excuse, Graded, Publication, StudentRecord
+from labcourse.grading.gradebook import Answer, Arrival, Excuse, Gradebook, Graded, Publication, StudentRecord
 from labcourse.grading.graded_run import is_failed, submission_of
 from labcourse.grading.intake import is_unread
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension
-from labcourse.problems import Code, Problem
+from labcourse.problems import Code, Problem, Where
 from labcourse.student_id import caseless
 
 if TYPE_CHECKING:
     from labcourse.grading.course import Course
 
 _DAY = timedelta(days=1)
+_NO_DATE = datetime.max.replace(tzinfo=UTC)  # after all others
 #: Statuses of marks from which it does not follow that there is work of the student's.
 _SHOWS_NO_WORK = {Status.MISSING, Status.NOT_MARKED, Status.SUPPLIED}
 
@@ -41,10 +43,11 @@ def exact(number: float) -> Fraction:
 
 
 def of_course(course: Course) -> list[Assignment]:
-    """Return the assignments of a class, in the order of their notebooks.
+    """Return the assignments of a class by date (:func:`last_dues`).
 
-    A notebook that no assignment of the settings names is an assignment of its own, if it has a part that is worth
-    points and that the settings do not drop.
+    Those without a date come last. Those that are due at the same time are in the order of their notebooks. A notebook
+    that no assignment of the settings names is an assignment of its own, if it has a part that is worth points and that
+    the settings do not drop.
     """
     asked = course.asked_catalogue
     parts = [(question, part) for question in asked.marked.values() for part in question.parts if part.points]
@@ -52,7 +55,18 @@ def of_course(course: Course) -> list[Assignment]:
     counting = {question.notebook for question, part in parts if not dropped_as(question.number, part.name)}
     named = {name: assignment for assignment in course.settings.assignments for name in assignment.notebooks}
     whole = {name: Assignment(name.replace("_", " "), (name,)) for name in counting} | named
-    return list(dict.fromkeys(whole[name] for name in asked.notebooks if name in whole))
+    in_order = list(dict.fromkeys(whole[name] for name in asked.notebooks if name in whole))
+    dues = last_dues(course.settings, in_order)
+    return sorted(in_order, key=lambda one: dues[one] or _NO_DATE)
+
+
+def last_dues(settings: CourseSettings, assignments: Iterable[Assignment]) -> dict[Assignment, datetime | None]:
+    """Return assignment → the latest date on which it is due for a section or for all; None if it has no date."""
+    rules = [(rule.due, settings.notebooks_of(rule)) for rule in settings.dues]
+    return {
+        one: max((due for due, names in rules if not names or not names.isdisjoint(one.notebooks)), default=None)
+        for one in assignments
+    }
 
 
 def short(notebook: str) -> str:
@@ -100,6 +114,19 @@ def given_back(publications: Iterable[Publication]) -> frozenset[str] | None:
     if not all(notebooks) or not notebooks:
         return None
     return frozenset(name for names in notebooks for name in names)
+
+
+def asked_of_persons(book: Gradebook, catalogue: Catalogue, parts: Collection[Where] | None = None) -> list[Answer]:
+    """Return the answers that persons read or have marked, without those from which the student is excused.
+
+    Parameters
+    ----------
+    book, catalogue : the class's gradebook, and the course's questions
+    parts : only the answers to these; to all if it is None
+    """
+    excused, notebooks = book.excused(), {one.number: one.notebook for one in catalogue.marked.values()}
+    answers = book.scores.answers(parts)
+    return [one for one in answers if (one.student, notebooks.get(one.question)) not in excused]
 
 
 # --- deadlines --------------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from labcourse import clock, program
 from labcourse.grading.accounts import Account, AssignmentGrade, in_full, points, worth
-from labcourse.grading.assignments import State, short
+from labcourse.grading.assignments import State, asked_of_persons, last_dues, short
 from labcourse.grading.counting import notebook_of, received
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Answer, CommentRecord, Gradebook, Graded
@@ -131,7 +131,8 @@ def class_overview(book: Gradebook, course: Course, folder: Path | None = None) 
         If one of these two files exists and cannot be read.
     """
     students = _students(book, course)
-    answers = [one for one in book.scores.answers() if not course.settings.marks.dropped_as(*one.where)]
+    asked = asked_of_persons(book, course.catalogue)
+    answers = [one for one in asked if not course.settings.marks.dropped_as(*one.where)]
     requests, publications = [one for one in book.comments() if one.is_open], book.publications()
     decisions = {} if folder is None else intake_table.read(folder / INTAKE_FILE)
     doubts = [doubt for doubt, decision in decisions.items() if not decision]
@@ -209,7 +210,7 @@ def text_of(cell: TableCell) -> str:
     """Return what stands in a cell as text."""
     if isinstance(cell, str):
         return cell
-    return f"{cell:g}" if isinstance(cell, int | float) else "".join(piece.text for piece in cell)
+    return points(cell) if isinstance(cell, int | float) else "".join(piece.text for piece in cell)
 
 
 # --- the sections -----------------------------------------------------------------------------------------------------
@@ -257,8 +258,7 @@ def _the_term(of: Class) -> Section:
 
 def _assignment_row(of: Class, assignment: Assignment, grades: Sequence[AssignmentGrade]) -> Sequence[TableCell]:
     """Return what the class did of an assignment: how many students were late, or excused."""
-    rules = [(rule.due, of.course.settings.notebooks_of(rule)) for rule in of.course.settings.dues]
-    due = max((due for due, names in rules if not names or names & {*assignment.notebooks}), default=None)
+    due = last_dues(of.course.settings, [assignment])[assignment]
     late = sum(bool(grade.days_late) for grade in grades if not grade.is_excused)
     excused, back = sum(grade.is_excused for grade in grades), of.given_back(assignment)
     is_due, is_back = f"{due:%Y-%m-%d %H:%M}" if due else "", moment(back.when) if back else ""
@@ -355,7 +355,7 @@ def _went_wrong(of: Class) -> Section:
         parts, most = number_of(len(found), "part"), " ".join(found[0].where)
         summary = f"{parts} went wrong for many; most of all {most}, for {_share(found[0])} who answered it."
         share = f"{100 * MANY:.0f} %"
-        notes = [f"A part is listed if at least {share} of the answers that the key judged went wrong."]
+        notes = [f"A part is listed if at least {share} of the answers went wrong, by the key or a person's points."]
     rows = [(*_question(of, one.where), _share(one), _commonest(one)) for one in found]
     table = PageTable("Slips", ["Part", "Question", "Went wrong for", "Commonest reasons"], rows)
     return Section("Went wrong for many", summary, [table], notes)
@@ -551,15 +551,16 @@ def waiting(of: Class) -> list[Waiting]:
 def slips(runs: Iterable[Graded]) -> list[Slip]:
     """Find the parts that many students got wrong, the largest share first.
 
-    Only answers that the key judged count. Many are at least ``MANY`` of these, and at least ``SEVERAL`` students.
+    Only parts that the key judges count. An answer to which a person gave points went wrong if they are not all that
+    are possible. Many are at least ``MANY`` of the answers, and at least ``SEVERAL`` students.
     """
     judged = defaultdict[Where, list[Mark]](list)
-    for mark in (mark for graded in runs for mark in graded.marks if mark.status in _JUDGED):
+    for mark in (mark for graded in runs for mark in graded.marks if mark.status in (*_JUDGED, Status.BY_A_PERSON)):
         judged[mark.where].append(mark)
     found = []
     for where, marks in judged.items():
-        wrong = [mark for mark in marks if mark.status in _WENT_WRONG]
-        if len(wrong) >= max(SEVERAL, MANY * len(marks)):
+        wrong = [mark for mark in marks if mark.status in _WENT_WRONG or mark.points < mark.out_of]
+        if len(wrong) >= max(SEVERAL, MANY * len(marks)) and any(mark.status in _JUDGED for mark in marks):
             reasons = Counter(without_numbers(sentence(mark.reason)) for mark in wrong).most_common()
             found.append(Slip(where, len(wrong), len(marks), sum(one.out_of - one.points for one in wrong), reasons))
     return sorted(found, key=lambda slip: (-slip.wrong / slip.judged, -slip.lost, slip.where))
@@ -594,7 +595,7 @@ def to_give_back(book: Gradebook, course: Course, notebooks: Collection[str], fo
         uncounted += [f"  {student.id}: {line}" for line in sentences(problems)]
     if absent := [student.id for student in students if student.graded is None]:
         yield f"No page, as nothing of theirs is graded: {', '.join(absent)}."
-    read = [answer for answer in book.scores.answers() if is_given(course.notebook_of(answer.question))]
+    read = [one for one in asked_of_persons(book, course.catalogue) if is_given(course.notebook_of(one.question))]
     noted = {(one.student, *one.where) for one in book.comments() if not one.asks}
     silent = [one for one in read if one.given and not one.remark and (one.student, *one.where) not in noted]
     if lost := [one for one in silent if one.mark.points < one.mark.out_of]:

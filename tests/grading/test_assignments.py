@@ -86,7 +86,7 @@ def test_of_a_submission_that_cannot_be_read_what_is_due_could_not_be_graded():
     assert state(with_problem(notebooks=[f"{SECOND}.ipynb"])) == State.NOT_GRADED
     assert state(with_problem(notebooks=["another.ipynb"])) == State.MISSING
     grade = account_of(course(LAB), unread, DUE + DAY)
-    assert grade.undecided and grade.assignments[1].points_text == ""
+    assert grade.undecided and grade.assignments[0].points_text == ""
 
 
 def test_grace_and_extensions_move_when_work_is_due_and_the_latest_counts():
@@ -107,17 +107,25 @@ def test_without_a_date_work_is_due_with_the_last_that_has_one():
 def test_by_default_each_notebook_with_points_is_an_assignment_in_the_order_of_notebooks():
     asked = OURS.catalogue.marked.values()
     counting = {one.notebook for one in asked if any(part.points for part in one.parts)}
-    names = [one.notebooks for one in of_course(course(LAB))]
+    names = [one.notebooks for one in of_course(course())]
     assert names == [(name,) for name in OURS.catalogue.notebooks if name in counting]
-    assert [one.title for one in of_course(course(LAB))][1:3] == ["Lab 02", "03 model validation"]
     dropped = MarkSettings(drop=tuple(one.number for one in asked if one.notebook == THIRD))
     assert (THIRD,) not in [one.notebooks for one in of_course(course(marks=dropped))]
+
+
+def test_assignments_are_listed_by_the_date_of_whoever_has_most_time_and_without_a_date_last():
+    first = Assignment("First", ("04_modeling_results",), DUE - DAY)
+    other = Assignment("Other", (THIRD,), DUE - 2 * DAY)
+    more = (Deadline(DUE + DAY, section="B", assignments=("Other",)), Deadline(DUE, ("01_modeling_prelab",)))
+    titles = [one.title for one in of_course(course(other, LAB, first, deadlines=more))]
+    assert titles[:5] == ["First", "01 modeling prelab", "Lab 02", "Other", "05 control prelab"]
+    assert [one.title for one in account_of(course(LAB, first), handed(RIGHT)).assignments][:2] == ["First", "Lab 02"]
 
 
 @pytest.mark.parametrize("name", ["lab 02", SECOND, "02"])
 def test_an_assignment_is_found_by_title_notebook_or_number(name):
     assert find(course(LAB), name) == LAB
-    with pytest.raises(GradingError, match="There are: 01 modeling prelab, Lab 02"):
+    with pytest.raises(GradingError, match="There are: Lab 02, 01 modeling prelab"):
         find(course(LAB), "12")
 
 

@@ -447,6 +447,33 @@ def test_many_are_a_fifth_of_those_who_answered_and_two_at_least(wrong, right, i
     assert bool(overview.slips(those)) is is_told
 
 
+@pytest.mark.parametrize(("gave", "wrong"), [(2.0, 1), (1.0, 3)])
+def test_what_went_wrong_is_by_the_points_that_a_person_gave_since(book, gave, wrong):
+    """Words alone, which no key judges, are not listed, though a person gave less than all points."""
+    record(book, *(graded(who, mark("wrong", 0.0), prose()) for who in ("ada", "bob", "cleo")))
+    record(book, graded("dan", mark(), prose()))
+    for who in ("ada", "bob"):
+        book.set_mark(who, "2.11", "omega_n", gave, reason="You forgot 2π.", actor="tia")
+        book.set_mark(who, "2.11", "explanation", 0.0, reason="No.", actor="tia")
+    found = overview.slips(book.all_current())
+    assert [(one.where, one.wrong, one.judged) for one in found] == [(("2.11", "omega_n"), wrong, 4)] * (wrong > 1)
+    assert [one.reasons[0] for one in found] == [("You forgot 2π.", 2)] * (wrong > 1)
+
+
+def test_answers_of_excused_students_are_not_asked_of_persons(book):
+    record(book, graded("ada", prose(), report_text()), graded("bob", prose(), report_text()))
+    book.excuse("ada", [FIRST], reason="ill", actor="lea")
+    waits = {one.where: [answer.student for answer in one.answers] for one in waiting_in(book)}
+    assert waits == {("2.11", "explanation"): ["bob"], ("2.16", "comparison"): ["ada", "bob"]}
+    assert "3 answers of 2 students" in next(overview.not_ready(book, OURS, (), NOW))
+    book.excuse("ada", [FIRST], reason="well again", actor="lea", excused=False)
+    assert [len(one.answers) for one in waiting_in(book)] == [2, 2]
+
+
+def waiting_in(book):
+    return overview.waiting(overview.class_overview(book, OURS).of)
+
+
 def test_questions_that_the_course_does_not_ask_any_more_are_there_without_a_title(book):
     gone = [Mark("9.9", "why", status, 0.0, 1.0, "No.", "So.") for status in ("for a person", "wrong")]
     gone[1] = replace(gone[1], part="how")

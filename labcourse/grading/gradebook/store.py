@@ -445,6 +445,12 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             last = {act.notebook: act for act in read(session, Excuse, is_student(student))}
         return {name: act for name, act in last.items() if act.excused}
 
+    def excused(self) -> set[tuple[str, str]]:
+        """Return (ID of a student, notebook without ending) for each excuse that holds now."""
+        with self._database.reading() as session:
+            last = {(act.student, act.notebook): act.excused for act in read(session, Excuse)}
+        return {excuse for excuse in last if last[excuse]}
+
     # --- versions that are taken --------------------------------------------------------------------------------------
 
     def take(
@@ -473,6 +479,12 @@ class Gradebook(AbstractContextManager["Gradebook"]):
         with self._database.reading() as session:
             last = {act.notebook: act for act in read(session, Take, is_student(student))}
         return {name: act for name, act in last.items() if act.received is not None}
+
+    def decisions(self, student: str | None = None) -> list[Excuse | Take]:
+        """Return every act that excuses a student, takes a version, or takes that back; of one student, if given."""
+        which = [] if student is None else [is_student(student)]
+        with self._database.reading() as session:
+            return [*read(session, Excuse, *which), *read(session, Take, *which)]
 
     # --- comments, publications and the audit trail -------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ import hashlib
 import json
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from urllib.parse import urlencode
@@ -21,7 +21,7 @@ from labcourse.answers.report_files import is_given
 from labcourse.errors import GradebookError
 from labcourse.grading.accounts import points as shown_points
 from labcourse.grading.accounts import worth as in_points
-from labcourse.grading.assignments import exact
+from labcourse.grading.assignments import asked_of_persons, exact
 from labcourse.grading.gradebook import Act, Answer, Gradebook, standing
 from labcourse.grading.marks import Status
 from labcourse.grading.reports.result import moment, without_numbers
@@ -143,9 +143,13 @@ class Desk:
         item = self.rubric.get(where)
         return f"Level {level}: {item.levels[level]}" if item and level in item.levels else f"Level {level}."
 
+    def answers(self, parts: Collection[Where] | None = None) -> list[Answer]:
+        """Return the answers of :func:`labcourse.grading.assignments.asked_of_persons`."""
+        return asked_of_persons(self.book, self.catalogue, parts)
+
     def due(self, where: Where) -> list[Answer]:
         """Return the answers that wait for a scorer, in their order; those left to the instructor are left out."""
-        answers = sorted(self.book.scores.answers([where]), key=lambda one: shuffled(one.student, where))
+        answers = sorted(self.answers([where]), key=lambda one: shuffled(one.student, where))
         return [one for one in answers if one.waiting and not one.referred]
 
     def remarks(self, where: Where) -> dict[str, str]:
@@ -186,7 +190,7 @@ class Desk:
 
         After the last part, the first one is next.
         """
-        waiting = {answer.where for answer in self.book.scores.answers() if answer.waiting and not answer.referred}
+        waiting = {answer.where for answer in self.answers() if answer.waiting and not answer.referred}
         order = self.in_order([*waiting, where])
         place = order.index(where)
         return next(iter([*order[place + 1 :], *order[:place]]), None)

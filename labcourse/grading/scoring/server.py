@@ -108,7 +108,7 @@ class Pages:
         """Show all parts, how far each is, and what waits for the instructor."""
         scores = self.desk.book.scores
         by_part: dict[Where, list[Answer]] = {}
-        for answer in scores.answers():
+        for answer in self.desk.answers():
             by_part.setdefault(answer.where, []).append(answer)
         rows, asked = [], []
         for where in self.desk.in_order(list(by_part)):
@@ -410,7 +410,7 @@ class Pages:
         trouble : whether a message is on something that failed
         """
         found = answers or self.desk.next(scorer.name, where)
-        so_far = tally(self.desk.book.scores.answers([where]))
+        so_far = tally(self.desk.answers([where]))
         card = cards.card(self.desk, found) if found else None
         after = None if found else self.desk.part_after(where)
         left = len(self.desk.due(where))

@@ -74,6 +74,16 @@ def test_answers_that_differ_in_a_sign_or_have_a_picture_or_a_pdf_are_read_alone
     assert len(desk_of(book, [one, other]).next("Ann", WORDS)) == 1
 
 
+def test_answers_of_an_excused_student_come_to_nobody(book):
+    made = desk_of(book, texts(3))
+    book.excuse("student-001", ["02_finding_stiffness"], reason="ill", actor="lea")
+    assert sorted(scored(made, "Ann")) == ["student-000", "student-002"]
+    assert tally(made.answers([WORDS])).total == 2 and len(made.due(COMPARED)) == 3
+    assert made.part_after(COMPARED) is None
+    book.excuse("student-001", ["02_finding_stiffness"], reason="well again", actor="lea", excused=False)
+    assert made.part_after(COMPARED) == WORDS and scored(made, "Ann") == ["student-001"]
+
+
 def test_more_than_fit_on_a_page_come_on_the_next_and_what_was_unticked_comes_again(book):
     made = desk_of(book, [EQUAL[0]] * (MOST_AT_ONCE + 3))
     first = made.next("Ann", WORDS)
