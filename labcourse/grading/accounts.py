@@ -23,7 +23,6 @@ from labcourse.messages import number_of
 from labcourse.student_id import caseless
 
 _DIGITS = 100  # of an exact decimal number; points, weights and per cents have at most a dozen each
-_SHOWN = 6  # decimals of a number that has no exact decimal form, such as 1/3
 
 
 def half_up(number: Fraction, decimals: int) -> Fraction:
@@ -38,16 +37,16 @@ def to_hundredths(number: Fraction) -> str:
 
 
 def in_full(number: Fraction) -> str:
-    """Write a number with all its decimals, as "2.25"; with six of them and "…" if they do not end."""
+    """Write a number with all its decimals, as "2.25"; rounded half up to two if they do not end."""
     if 10**_DIGITS % number.denominator:
-        return f"{in_full(Fraction(number * 10**_SHOWN // 1, 10**_SHOWN))}…"
+        return to_hundredths(number)
     with localcontext(prec=_DIGITS):
         return f"{(Decimal(number.numerator) / Decimal(number.denominator)).normalize():f}"
 
 
 def points(number: float) -> str:
-    """Format points with two decimals at most: "2", "1.5"."""
-    return f"{round(number, 2):g}"
+    """Format points with two decimals at most, rounded half up as in exports: "2", "1.5"."""
+    return in_full(half_up(exact(number), 2))
 
 
 def worth(number: float) -> str:
@@ -347,7 +346,7 @@ class Account:
     def as_data(self) -> dict[str, Any]:
         """Return it for JSON."""
         return {
-            "earned": float(self.earned),
+            "earned": float(self.so_far_text),
             "out_of": float(self.out_of),
             "assignments": [one.as_data() for one in self.assignments if one.title],
             "how": self.explanations(),
@@ -360,14 +359,15 @@ class Account:
             lines.append(f"Not counted: {', '.join(dropped)}.")
         weights = {item.weighted_as: item.weight for item in self.counting if item.weighted_as}
         lines += [f"{name} counts {in_full(weight)} times." for name, weight in weights.items()]
-        lines += map(self._timing_text, self.timings)
+        lines += map(self.timing_text, self.timings)
         for one in self.so_far:
             if one.possible not in (0, one.out_of):
                 scale = f"points out of {in_full(one.possible)} are put on the scale of {in_full(one.out_of)}"
                 lines.append(f"{one.title}: {scale}.")
         return lines
 
-    def _timing_text(self, entry: Timing) -> str:
+    def timing_text(self, entry: Timing) -> str:
+        """Describe when a notebook was due and handed in, and what lateness costs."""
         due, until = _when(entry.due, entry.until), _when(entry.until, entry.until)
         if entry.received is None:
             rest = "Nobody knows when it was handed in. It counts as in time."

@@ -474,6 +474,7 @@ def regrade(
     Exit code: 0 all marked, 1 some could not be marked (their marks stay), 2 nothing marked.
     """
     from labcourse.grading import counting, graded_run
+    from labcourse.grading.accounts import points
     from labcourse.grading.reports.changes import changes
     from labcourse.grading.reports.grades import Reports
 
@@ -489,9 +490,9 @@ def regrade(
             if done.problem:
                 say(f"{change.student}: {done.problem} The marks stay as they were.", err=True)
             say(*([str(change)] if change.parts else []))
-            for mark in done.unchanged:
-                stays = f"{mark['points']:g} points, given by a person, stay; the key gives {mark['by_key']:g}"
-                say(f"{change.student}, {mark['question']}, {mark['part']}: {stays}.")
+            for one in done.unchanged:
+                text = f"{points(one['points'])} points, given by a person, stay; the key gives {points(one['by_key'])}"
+                say(f"{change.student}, {one['question']}, {one['part']}: {text}.")
     say(*faults, *(reports.notices() if reports else ()), err=True)
     say(f"Other marks than before: {number_of(changed[True], 'student')}. The same: {changed[False]}.")
     raise typer.Exit(SOME_TROUBLE if failed or faults else ALL_WELL)
@@ -718,13 +719,14 @@ def mark(
     Points that a person gave are replaced only if --expect states them. So if two persons mark the same answer, the
     second one gets a message with the name of the first.
     """
+    from labcourse.grading.accounts import points as shown_points
     from labcourse.grading.marks import Status
 
     with _gradebook(marks) as book:
         graded = book.current(student)
         seen = next((entry for entry in (graded.marks if graded else ()) if entry.where == (question, part)), None)
         expected = seen
-        if seen and expect is not None and f"{expect:g}" != f"{seen.points:g}":  # 1/3 is shown as 0.333333
+        if seen and expect is not None and shown_points(expect) != shown_points(seen.points):  # 1/3 is shown as 0.33
             expected = dataclasses.replace(seen, points=expect)
         elif seen and expect is None and seen.status == Status.BY_A_PERSON:
             expected = dataclasses.replace(seen, status=Status.FOR_A_PERSON)
@@ -851,14 +853,18 @@ def comment(
 
 
 @app.command(rich_help_panel=_PERSON)
-def history(marks: MarksArgument, student: StudentsArgument = None, question: OneQuestionOption = None) -> None:
-    """Show every change of a mark: before and after, when, by whom, and why."""
+def history(
+    marks: MarksArgument,
+    student: StudentsArgument = None,
+    question: OneQuestionOption = None,
+    solutions: SolutionsOption = None,
+) -> None:
+    """Show how marks came about: what persons decided, when late work came, and what the program gave, with reasons."""
+    from labcourse.grading.reports import result
+
     with _gradebook(marks) as book:
-        for entry in book.audit(student, question):
-            states = (entry.before, entry.after)
-            change = " → ".join("–" if state is None else f"{state.points:g} ({state.status})" for state in states)
-            where = f"{entry.when:%Y-%m-%d %H:%M} UTC  {entry.student}  {entry.question} {entry.part}"
-            say(f"{where}: {change}  {entry.actor}: {entry.reason}")
+        for heading, lines in result.history(book, courses.find(solutions), student, question).items():
+            say(*_section(heading, lines))
 
 
 @person.command()

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_courses import OURS
 
-from labcourse.grading.accounts import account_of, half_up, in_full
+from labcourse.grading.accounts import account_of, half_up, in_full, points, to_hundredths
 from labcourse.grading.assignments import Handed, exact, lateness
 from labcourse.grading.gradebook import Arrival, StudentRecord
 from labcourse.grading.marks import Mark
@@ -101,7 +101,15 @@ def test_an_unknown_time_is_in_time_and_nothing_that_counts_is_out_of_nothing():
     everything = tuple(dict.fromkeys(number for number, *_ in PARTS))
     assert account(all_of_it, marks=MarkSettings(drop=everything)).out_of == 0
     assert account(all_of_it).explanations() == [] and "counts as in time" in found.explanations()[0]
-    assert in_full(Fraction(200, 3)) == "66.666666…"  # as the decimals do not end
+    assert in_full(Fraction(200, 3)) == "66.67"  # as the decimals do not end
+
+
+@pytest.mark.parametrize(
+    ("number", "shown"), [(15.454545454545455, "15.45"), (0.125, "0.13"), (2.0, "2"), (12345.67, "12345.67")]
+)
+def test_points_are_shown_as_they_are_exported(number, shown):
+    assert points(number) == shown
+    assert float(to_hundredths(exact(number))) == float(shown)
 
 
 def test_of_deadlines_the_latest_that_is_for_student_and_notebook_counts():

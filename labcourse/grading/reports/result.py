@@ -7,17 +7,28 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cached_property
 
-from labcourse.grading.accounts import Account, AssignmentGrade, account_of
+from labcourse.grading.accounts import Account, AssignmentGrade, account_of, points
 from labcourse.grading.assignments import Handed
 from labcourse.grading.counting import received
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import CommentRecord, GivenMark, Gradebook, Graded, RunRecord, StudentRecord
+from labcourse.grading.gradebook import (
+    AuditRecord,
+    CommentRecord,
+    Excuse,
+    GivenMark,
+    Gradebook,
+    Graded,
+    RunRecord,
+    StudentRecord,
+    Take,
+)
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.marks import UNDECIDED, Mark, Status
-from labcourse.grading.reports.changes import ChangedMark
+from labcourse.grading.reports.changes import ChangedMark, state_text
 from labcourse.messages import number_of, shortened
 from labcourse.patterns import pattern
 from labcourse.problems import NOT_COUNTED, Problem
+from labcourse.student_id import caseless
 
 #: No digit of a name, as in K_2 or q3, and no full stop that ends a sentence.
 _NUMBER = pattern(r"(?<![\w.])[-+\u2212]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?(?:[·×]10[⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹]+)?j?(?!\w)")
@@ -205,11 +216,58 @@ def moment(when: datetime) -> str:
     return f"{when:%Y-%m-%d %H:%M} UTC"
 
 
+def history(book: Gradebook, course: Course, student: str | None, question: str | None) -> dict[str, list[str]]:
+    """Return heading → lines on how marks came about, each in order of time; what persons decided comes first.
+
+    Points that a person gave are there also where the program took them back, as the answer changed. Leave out what the
+    program changed without moving a point.
+
+    Parameters
+    ----------
+    book, course : the class
+    student, question : only what is about these; all if they are None
+    """
+    notebook, late = question and course.notebook_of(question), list[str]()
+    changes = {True: list[AuditRecord](), False: list[AuditRecord]()}
+    for change in book.audit(student, question):
+        changes[Status.BY_A_PERSON in (one.status for one in (change.before, change.after) if one)].append(change)
+    acts = (act for act in book.decisions(student) if notebook in (None, act.notebook))
+    for about in book.students():
+        if student is None or caseless(student) == caseless(about.student):
+            account = account_in(book, course, book.current(about.student), about)
+            timings = (one for one in account.timings if notebook in (None, one.notebook))
+            late += (f"{about.student}  {account.timing_text(timing)}" for timing in timings)
+    return {
+        "Decided by persons:": [*map(_entry, sorted([*changes[True], *acts], key=lambda one: one.when))],
+        "Late, in time by an extension, or at an unknown time:": late,
+        "Given by the program:": [*map(_entry, filter(_moves_points, changes[False]))],
+    }
+
+
+def _moves_points(change: AuditRecord) -> bool:
+    """Return whether a change is one of points, or of whether they are decided."""
+    is_nothing = change.before is None and change.after is not None and change.after.status == Status.MISSING
+    return not is_nothing and state_text(change.before) != state_text(change.after)
+
+
+def _entry(done: AuditRecord | Excuse | Take) -> str:
+    """Describe what was changed or decided: when, for whom, what, by whom, and why."""
+    if isinstance(done, AuditRecord):
+        states = ("–" if one is None else f"{points(one.points)} ({one.status})" for one in (done.before, done.after))
+        what = f"{done.question} {done.part}: {' → '.join(states)}"
+    elif isinstance(done, Excuse):
+        what = f"{done.notebook}: {'excused' if done.excused else 'not excused any more'}"
+    else:
+        version = "the rule decides again" if done.received is None else f"version of {moment(done.received)} taken"
+        what = f"{done.notebook}: {version}"
+    return f"{moment(done.when)}  {done.student}  {what}  {done.actor}: {done.reason}"
+
+
 def lapse(given: GivenMark) -> str:
     """Describe a person's mark that does not hold any more."""
     mark = given.mark
     return (
-        f"{mark.question}, {mark.part}: {given.actor} gave {mark.points:g} of {mark.out_of:g} points on "
+        f"{mark.question}, {mark.part}: {given.actor} gave {points(mark.points)} of {points(mark.out_of)} points on "
         f"{given.when:%Y-%m-%d} for another answer than there is now, or when there were other points for it. "
         "They do not count; a person has to look again."
     )

@@ -1,15 +1,21 @@
 """Commands on a gradebook: regrade, report, mark, comment, history."""
 
 import re
+from dataclasses import replace
+from datetime import UTC, datetime
 
 import pytest
 from checkout import ROOT
 from command_line import rotflex, said
+from day_class import FIRST, SECOND
 from gradebooks import enrol, graded, mark, prose, record, rows
+from made_courses import OURS
 
 from labcourse.errors import GradingError
 from labcourse.grading.counting import Regraded
-from labcourse.grading.gradebook import Gradebook
+from labcourse.grading.gradebook import Delivery, Gradebook
+from labcourse.grading.marks import Mark
+from labcourse.grading.settings import Assignment, CourseSettings, LateSettings
 from labcourse.problems import Code, Problem
 from labcourse.sentences import sentence
 
@@ -156,3 +162,39 @@ def test_an_error_amid_a_regrade_leaves_reports_of_everybody(book, tmp_path, mon
     done = rotflex("regrade", book, "--solutions", ROOT, "--out", tmp_path / "out")
     assert done.exit_code == 2 and "rotflex: The database is gone." in done.output
     assert list(rows(tmp_path / "out")) == ["ada", "bob", "eve"]
+
+
+def test_history_begins_with_what_persons_did_and_has_lateness_and_no_change_that_moves_no_point(tmp_path, monkeypatch):
+    """One student, counted by hand: late by a day; scored, excused from the next notebook, and graded anew."""
+    labs = (Assignment("Lab 02", (FIRST,), datetime(2026, 3, 1, 18, tzinfo=UTC)), Assignment("Lab 03", (SECOND,)))
+    settings = CourseSettings(assignments=labs, late=LateSettings(per_day=10))
+    monkeypatch.setattr("labcourse.grading.course.find", lambda _named: replace(OURS, settings=settings))
+    with Gradebook(tmp_path / "gradebook.sqlite") as opened:
+        late = Delivery(f"{FIRST}.ipynb", "d", b"{}", datetime(2026, 3, 2, 12, tzinfo=UTC), "a.zip", "by the platform")
+        opened.deliver("ada", [late])
+        missing = Mark("2.12", "K_s", "missing", 0.0, 2.0, "")
+        record(opened, graded("ada", mark("wrong", 0.0), prose(), missing), graded("bob", prose()))
+        opened.set_mark("ada", "2.11", "explanation", 1 / 3, reason="A third.", actor="tia")
+        opened.excuse("ada", [SECOND], reason="ill", actor="lea")
+        opened.take("ada", FIRST, "a.zip", late.received, reason="Her laptop broke.", actor="lea")
+        better = (mark("right", 2.0), prose(), replace(missing, status="wrong"))
+        record(opened, graded("ada", *better, submission="next"))
+    done = rotflex("history", tmp_path, "ADA")
+    assert done.exit_code == 0, done.output
+    lines = [re.sub(r"^  \S+ \S+ UTC  ", "", line) for line in done.output.splitlines()]
+    assert lines == [
+        "Decided by persons:",
+        "ada  2.11 explanation: 0 (for a person) → 0.33 (given by a person)  tia: A third.",
+        f"ada  {SECOND}: excused  lea: ill",
+        f"ada  {FIRST}: version of 2026-03-02 12:00 UTC taken  lea: Her laptop broke.",
+        "Late, in time by an extension, or at an unknown time:",
+        lines[5],
+        "Given by the program:",
+        "ada  2.11 explanation: – → 0 (for a person)  batch: run",
+        "ada  2.11 omega_n: – → 0 (wrong)  batch: run",
+        "ada  2.11 omega_n: 0 (wrong) → 2 (right)  batch: run",
+    ]
+    assert lines[5].startswith(f"  ada  {FIRST} was handed in on 2026-03-02 12:00 UTC") and "1 day late" in lines[5]
+    assert "loses 10 % of its points" in lines[5]
+    only = rotflex("history", tmp_path, "ada", "--question", "2.16").output
+    assert f"{SECOND}: excused" in only and FIRST not in only and "2.11" not in only
