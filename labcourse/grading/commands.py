@@ -231,7 +231,7 @@ def roster(
 
 
 _SUPPLY = "Supply a missing answer. It earns nothing; later answers can. An empty VALUE takes it back."
-_FOR = "The submissions are for this assignment: keep notebooks of others that were handed in before."
+_FOR = "The submissions are for this assignment: if one cannot be read, nothing else becomes undecided."
 _PLATFORM = "The learning platform that named the submissions, where their names leave it open; none: they are IDs."
 _CLUSTER = "Run on the workers of this dask.distributed scheduler, as tcp://host:8786."
 _UNSAFE = "Run code with your own rights."
