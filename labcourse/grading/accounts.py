@@ -378,7 +378,8 @@ class Account:
         start = f"{entry.notebook} was handed in on {_when(entry.received, entry.until)}"
         start += f" ({entry.clock})" if entry.clock else ""
         if not entry.days:
-            return f"{start}. It was due on {due}. There is an extension until {until}, so it is in time."
+            extension = f"There is an extension until {until}, so it" if entry.extended else "It"
+            return f"{start}. It was due on {due}. {extension} is in time."
         late = self.late
         extended = " by an extension" if entry.extended else ""
         grace = f" with {in_full(exact(late.grace_hours))} h of grace" if late.grace_hours else ""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from enum import StrEnum
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from labcourse import clock
 from labcourse.answers.catalogue import Catalogue
 from labcourse.errors import GradingError
-from labcourse.grading.gradebook import Answer, Arrival, Excuse, Gradebook, Graded, Publication, StudentRecord
+from labcourse.grading.gradebook import DECIDED, Answer, Arrival, Excuse, Gradebook, Graded, Publication, StudentRecord
 from labcourse.grading.graded_run import is_failed, submission_of
 from labcourse.grading.intake import is_unread
 from labcourse.grading.marks import UNDECIDED, Mark, Status
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from labcourse.grading.course import Course
 
 _DAY = timedelta(days=1)
-_NO_DATE = datetime.max.replace(tzinfo=UTC)  # after all others
 #: Statuses of marks from which it does not follow that there is work of the student's.
 _SHOWS_NO_WORK = {Status.MISSING, Status.NOT_MARKED, Status.SUPPLIED}
 
@@ -57,7 +56,7 @@ def of_course(course: Course) -> list[Assignment]:
     whole = {name: Assignment(name.replace("_", " "), (name,)) for name in counting} | named
     in_order = list(dict.fromkeys(whole[name] for name in asked.notebooks if name in whole))
     dues = last_dues(course.settings, in_order)
-    return sorted(in_order, key=lambda one: dues[one] or _NO_DATE)
+    return sorted(in_order, key=lambda one: (dues[one] is None, dues[one]))
 
 
 def last_dues(settings: CourseSettings, assignments: Iterable[Assignment]) -> dict[Assignment, datetime | None]:
@@ -124,9 +123,9 @@ def asked_of_persons(book: Gradebook, catalogue: Catalogue, parts: Collection[Wh
     book, catalogue : the class's gradebook, and the course's questions
     parts : only the answers to these; to all if it is None
     """
-    excused, notebooks = book.excused(), {one.number: one.notebook for one in catalogue.marked.values()}
-    answers = book.scores.answers(parts)
-    return [one for one in answers if (one.student, notebooks.get(one.question)) not in excused]
+    excused = {(act.student, act.notebook): act.excused for act in book.decisions() if isinstance(act, Excuse)}
+    notebooks, answers = {one.number: one.notebook for one in catalogue.marked.values()}, book.scores.answers(parts)
+    return [one for one in answers if not excused.get((one.student, notebooks.get(one.question, "")))]
 
 
 # --- deadlines --------------------------------------------------------------------------------------------------------
@@ -161,6 +160,11 @@ class Timing:
     def waits(self) -> bool:
         """Whether an instructor has to decide when it was handed in."""
         return self.clock == ""
+
+    @property
+    def is_special(self) -> bool:
+        """Whether it was late, in time only by an extension, or at a time that a person decided or has to decide."""
+        return bool(self.days) or self.extended or self.clock in ("", DECIDED)
 
 
 def lateness(settings: CourseSettings, student: StudentRecord, notebook: str, arrival: Arrival | None) -> Timing | None:

@@ -37,13 +37,7 @@ Entry = Mapping[str, Any]
 TO_BE_RUN = "to be run"
 #: What an entry's "why" is called on the student's page.
 _WHY = {"given back": Code.VERSION_AFTER_GIVEN_BACK, TO_BE_RUN: Code.VERSION_TO_BE_RUN}
-_ABOUT_VERSIONS = (
-    *_WHY.values(),
-    Code.ARRIVED,
-    Code.VERSION_WORTH_LESS,
-    Code.VERSION_NOT_RUN,
-    Code.VERSION_TAKEN,
-)
+_ABOUT_VERSIONS = (*_WHY.values(), Code.ARRIVED, Code.VERSION_WORTH_LESS, Code.VERSION_NOT_RUN, Code.VERSION_TAKEN)
 
 
 # --- what a version is worth ------------------------------------------------------------------------------------------

@@ -445,12 +445,6 @@ class Gradebook(AbstractContextManager["Gradebook"]):
             last = {act.notebook: act for act in read(session, Excuse, is_student(student))}
         return {name: act for name, act in last.items() if act.excused}
 
-    def excused(self) -> set[tuple[str, str]]:
-        """Return (ID of a student, notebook without ending) for each excuse that holds now."""
-        with self._database.reading() as session:
-            last = {(act.student, act.notebook): act.excused for act in read(session, Excuse)}
-        return {excuse for excuse in last if last[excuse]}
-
     # --- versions that are taken --------------------------------------------------------------------------------------
 
     def take(

@@ -11,17 +11,8 @@ from labcourse.grading.accounts import Account, AssignmentGrade, account_of, poi
 from labcourse.grading.assignments import Handed
 from labcourse.grading.counting import received
 from labcourse.grading.course import Course
-from labcourse.grading.gradebook import (
-    AuditRecord,
-    CommentRecord,
-    Excuse,
-    GivenMark,
-    Gradebook,
-    Graded,
-    RunRecord,
-    StudentRecord,
-    Take,
-)
+from labcourse.grading.gradebook import CommentRecord, GivenMark, Gradebook, Graded, RunRecord, StudentRecord
+from labcourse.grading.gradebook.records import AuditRecord, Excuse, Take
 from labcourse.grading.graded_run import key_faults
 from labcourse.grading.marks import UNDECIDED, Mark, Status
 from labcourse.grading.reports.changes import ChangedMark, state_text
@@ -235,11 +226,12 @@ def history(book: Gradebook, course: Course, student: str | None, question: str 
     for about in book.students():
         if student is None or caseless(student) == caseless(about.student):
             account = account_in(book, course, book.current(about.student), about)
-            timings = (one for one in account.timings if notebook in (None, one.notebook))
-            late += (f"{about.student}  {account.timing_text(timing)}" for timing in timings)
+            timings = (work.timing for one in account.assignments for work in one.works)
+            own = (one for one in timings if one is not None and notebook in (None, one.notebook) and one.is_special)
+            late += (f"{about.student}  {account.timing_text(timing)}" for timing in own)
     return {
         "Decided by persons:": [*map(_entry, sorted([*changes[True], *acts], key=lambda one: one.when))],
-        "Late, in time by an extension, or at an unknown time:": late,
+        "Late, extended, or at a time that a person decides:": late,
         "Given by the program:": [*map(_entry, filter(_moves_points, changes[False]))],
     }
 

@@ -13,7 +13,7 @@ from made_courses import OURS
 
 from labcourse.errors import GradingError
 from labcourse.grading.counting import Regraded
-from labcourse.grading.gradebook import Delivery, Gradebook
+from labcourse.grading.gradebook import DECIDED, Delivery, Gradebook
 from labcourse.grading.marks import Mark
 from labcourse.grading.settings import Assignment, CourseSettings, LateSettings
 from labcourse.problems import Code, Problem
@@ -171,7 +171,9 @@ def test_history_begins_with_what_persons_did_and_has_lateness_and_no_change_tha
     monkeypatch.setattr("labcourse.grading.course.find", lambda _named: replace(OURS, settings=settings))
     with Gradebook(tmp_path / "gradebook.sqlite") as opened:
         late = Delivery(f"{FIRST}.ipynb", "d", b"{}", datetime(2026, 3, 2, 12, tzinfo=UTC), "a.zip", "by the platform")
+        in_time = replace(late, received=datetime(2026, 3, 1, 12, tzinfo=UTC), clock=DECIDED)
         opened.deliver("ada", [late])
+        opened.deliver("bob", [in_time])
         missing = Mark("2.12", "K_s", "missing", 0.0, 2.0, "")
         record(opened, graded("ada", mark("wrong", 0.0), prose(), missing), graded("bob", prose()))
         opened.set_mark("ada", "2.11", "explanation", 1 / 3, reason="A third.", actor="tia")
@@ -187,7 +189,7 @@ def test_history_begins_with_what_persons_did_and_has_lateness_and_no_change_tha
         "ada  2.11 explanation: 0 (for a person) → 0.33 (given by a person)  tia: A third.",
         f"ada  {SECOND}: excused  lea: ill",
         f"ada  {FIRST}: version of 2026-03-02 12:00 UTC taken  lea: Her laptop broke.",
-        "Late, in time by an extension, or at an unknown time:",
+        "Late, extended, or at a time that a person decides:",
         lines[5],
         "Given by the program:",
         "ada  2.11 explanation: – → 0 (for a person)  batch: run",
@@ -198,3 +200,5 @@ def test_history_begins_with_what_persons_did_and_has_lateness_and_no_change_tha
     assert "loses 10 % of its points" in lines[5]
     only = rotflex("history", tmp_path, "ada", "--question", "2.16").output
     assert f"{SECOND}: excused" in only and FIRST not in only and "2.11" not in only
+    decided = rotflex("history", tmp_path, "bob").output
+    assert f"2026-03-01 12:00 UTC ({DECIDED}). It was due on 2026-03-01 18:00 UTC. It is in time." in decided
