@@ -411,7 +411,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.BUILDS_ON_UNANSWERED: "It builds on {on}, which is not answered.",
     Code.BUILDS_ON_STOPPED: "It builds on what stopped before it: {cell_name} ({why!b}).",
     Code.LEFT_AS_IT_WAS: "There is no answer: its cell was left as it was.",
-    Code.RUN_AND_EMPTY: "There is no answer: its cell was run, and left it empty. (Is a return missing?)",
+    Code.RUN_AND_EMPTY: "There is no answer: its cell was run, and a value is None or holds ... (Is a return missing?)",
     Code.MISSING_HERE: "It was recorded at home; {why!b}.",
     Code.NOTEBOOK_NOT_THERE: "{where} is not there, or cannot be read.",
     Code.NOTHING_LEFT: "nothing is left of it after {where} was run.",

@@ -173,9 +173,9 @@ def _found(given: Path | None, is_packed: bool = False) -> tuple[Path, dict[str,
     masters = notebooks.masters()
     if not any((folder / name).is_file() for name in masters):
         named = next(iter(masters))
-        raise CheckError(
-            f"There is no notebook of the course in the folder {folder}. Name the folder that holds {named}."
-        )
+        similar = sorted(f"{path.name}" for name in masters for path in folder.glob(f"*{Path(name).stem}*"))
+        rename = f" There is {similar[0]}: if it is your work, rename it to the notebook's name." if similar else ""
+        raise CheckError(f"{named} and the other notebooks are not in the folder {folder}: name their folder.{rename}")
     if folder == courses.current().notebooks.resolve() and not is_packed:
         raise CheckError(
             f"The notebooks in {folder} are the only ones of the course here: no others to compare them with, or "

@@ -81,6 +81,8 @@ def submit(
     work = student_folder.read(folder, list(masters), notebooks.packages_of(masters), catalogue)
     student = owner(work, student)
     out = (out or folder.parent).resolve()
+    if out.suffix.casefold() == ".zip":
+        raise CheckError(f"--out names a folder for the zip, and the zip is named by the student: {out.parent}.")
     if folder.resolve() in (out, *out.parents):
         raise CheckError("The zip cannot lie in the folder that is packed: choose another place by --out.")
     time = now or clock.now()

@@ -105,7 +105,7 @@ def test_without_an_id_it_says_how_to_give_one_and_the_answers_may_know_it(folde
 
 
 def test_the_zip_does_not_lie_in_what_it_holds_and_a_place_that_cannot_be_written_is_told(folder, tmp_path):
-    for place in (folder, folder / "out"):
+    for place in (folder, folder / "out", folder.parent / "ada.zip"):
         with pytest.raises(CheckError, match="--out"):
             pack(folder, out=place)
     (tmp_path / "file").write_text("")
