@@ -141,7 +141,7 @@ def test_students_check_and_pack_their_work_with_their_releases_wheels_alone(ins
     # Before what this environment has: its own rotflex is the checkout's.
     done = rotflex(alone, tmp_path, "submit", work, "--student", "ada", LABCOURSE_RUNNING="")
     assert done.returncode == 1, done.stdout + done.stderr  # one question is answered, and the others are empty
-    assert "1 of 40 questions are all there" in done.stdout
+    assert "Complete: 1 of 40 questions" in done.stdout
     assert "nothing yet: 01_modeling_prelab, 02_finding_stiffness" in done.stdout
     assert "of the course's cells, changed: console" in done.stdout
     with zipfile.ZipFile(tmp_path / "ada.zip") as packed:

@@ -98,7 +98,7 @@ class Checked:
         """How much is there, as a sentence."""
         there = sum(self.questions.values())
         count = number_of(len(self.questions), "question")
-        return f"All there: {count}." if there == len(self.questions) else f"{there} of {count} are all there."
+        return f"Complete: {count}." if there == len(self.questions) else f"Complete: {there} of {count}."
 
     @property
     def advice(self) -> tuple[Problem, ...]:

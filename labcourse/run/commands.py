@@ -246,7 +246,7 @@ def _by_notebook(checked: Checked, asks: str) -> Iterator[str]:
     empty = [name for name, parts in notebooks.items() if all(part.state is CheckState.EMPTY for part in parts)]
     begun = [name for name in notebooks if name not in (*done, *empty)]
     if done:
-        yield f"all there: {_stems(done)}"
+        yield f"complete: {_stems(done)}"
     for name in begun:
         if name == (asks or name):
             yield from _missing(checked, name, notebooks[name])
@@ -261,7 +261,7 @@ def _missing(checked: Checked, name: str, parts: Sequence[CheckedPart]) -> Itera
     from labcourse.run.check import GOOD, CheckState
 
     there = [number for number in dict.fromkeys(part.question for part in parts) if checked.questions[number]]
-    yield f"{_stems([name])}: all there of {', '.join(there) or 'no question'}"
+    yield f"{_stems([name])}: complete: {', '.join(there) or 'no question'}"
     texts = {CheckState.DIFFERENT: "recorded, but different from your page", CheckState.MISSING: "not recorded. "}
     causes: dict[tuple[CheckState, Problem | None], dict[str, list[str]]] = {}
     for part in parts:

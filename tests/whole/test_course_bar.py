@@ -64,7 +64,7 @@ def test_the_bar_follows_answers_runs_check_refuses_unsaved_work_and_leads_on(ju
         bar.get_by_text("Check still runs").wait_for()
         bar.locator(".pane[aria-busy=false]").wait_for()
         said = bar.locator(".pane").inner_text()
-        assert "1 of 51 questions are all there" in said and "2.9 " not in said.partition("By notebook")[0]
+        assert "Complete: 1 of 51 questions" in said and "2.9 " not in said.partition("By notebook")[0]
         assert "still runs" not in said and "not saved" not in said
 
         page.set_viewport_size({"width": 720, "height": 720})

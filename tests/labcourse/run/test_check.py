@@ -104,7 +104,7 @@ def test_all_that_is_there_is_found_with_helper_cells_own_files_and_words(folder
         **dict.fromkeys(recorded, CheckState.RECORDED),
     }
     assert found.good and (found.advice, found.notes) == ((), ())
-    assert found.summary == "All there: 3 questions." and begun == list(MASTERS)
+    assert found.summary == "Complete: 3 questions." and begun == list(MASTERS)
     assert "1 written, 4 recorded" in "\n".join(commands.lines(found))
     assert {path: path.read_bytes() for path in folder.iterdir()} == before  # nothing of the student's is touched
 
@@ -118,7 +118,7 @@ def test_what_stopped_and_what_builds_on_it_is_told_and_no_value_is(folder):
     missing = {where for where, state in states(found).items() if state is CheckState.MISSING}
     assert missing == {("2.11", "omega_n"), ("2.12", "J_l"), ("2.12", "K_s")} and not found.good
     assert states(found)["2.11", "explanation"] is CheckState.EMPTY
-    assert found.summary == "1 of 3 questions are all there."
+    assert found.summary == "Complete: 1 of 3 questions."
     (stop,) = found.stops
     assert sentence(stop) == "2.11 stopped: NameError, name 'omgea' is not defined, line 2; 2.12 builds on it."
     assert found.advice == ()  # it is told with the parts
@@ -159,7 +159,7 @@ def test_what_is_said_fits_a_screen_and_says_how_to_see_the_rest():
     asked = "\n".join(commands.lines(checked, "03_x.ipynb"))
     assert [f"took {n}.2 s." in asked for n in (2, 3, 4)] == [False, True, False]
     assert "something is missing: 00_x, 01_x, 02_x, 04_x" in asked
-    assert "nothing yet: 09_x" in asked and "all there: 10_x" in asked
+    assert "nothing yet: 09_x" in asked and "complete: 10_x" in asked
 
 
 def test_an_answer_other_than_on_the_page_or_missing_is_told_with_what_to_do(folder):

@@ -70,7 +70,7 @@ def finds(monkeypatch):
 @pytest.mark.parametrize(
     ("state", "code", "said"),
     [
-        (CheckState.RECORDED, 0, "All there: 1 question."),
+        (CheckState.RECORDED, 0, "Complete: 1 question."),
         (CheckState.MISSING, 1, "2.11 omega_n: not recorded. It builds on 2.9, which is not answered."),
         (CheckState.DIFFERENT, 1, "recorded, but different from your page"),
         (CheckState.EMPTY, 1, "nothing yet: 01_swing"),
