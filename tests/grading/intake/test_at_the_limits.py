@@ -11,6 +11,7 @@ from said_problems import within
 from labcourse.answers import answers, notebooks
 from labcourse.errors import GradingError
 from labcourse.grading import intake
+from labcourse.grading.gradebook import roster as roster_table
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake import archives, finding, owners, platforms, reading
 from labcourse.grading.intake.archives import Shelf, StoredFile, Unreadable
@@ -288,12 +289,12 @@ def test_a_list_of_times(tmp_path, monkeypatch, fits):
     content = "name,time\nada,2026-11-20 12:00\nJ\u00fcrgen,2026-11-21 12:00".encode()
     path = tmp_path / "times.csv"
     path.write_bytes(content)
-    monkeypatch.setattr(platforms, "MAX_TABLE", len(content) - (not fits))
+    monkeypatch.setattr(roster_table, "MAX_TABLE", len(content) - (not fits))
     if fits:
         assert len(platforms.read_times(path)[0]) == 2
         return
     for most in (len(content) - 1, content.index(b"\xc3") + 1):
-        monkeypatch.setattr(platforms, "MAX_TABLE", most)
+        monkeypatch.setattr(roster_table, "MAX_TABLE", most)
         with pytest.raises(GradingError, match=f"{most} bytes"):
             platforms.read_times(path)
 
