@@ -203,6 +203,7 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released, install
         "another_arm.json",
         "course.json",
         "default_setting_overrides.json",
+        "package.json",  # of JupyterLab's extension
     }
 
 
