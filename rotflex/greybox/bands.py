@@ -45,11 +45,11 @@ LARGEST_SHARE = 0.4  #: of a recording that a band may be adapted to
 #: what a band is for, and what was measured: docs/reference/identification.md has the table
 NEW_RUN = (
     "The band of a prediction is for a new run. On ten pairs of two logs of a real bench and their halves, such bands "
-    "held at least 99 % of both angles; on 33 of 33 virtual benches or more, at least 95 % of each run, under other "
-    "commands and controllers, too."
+    "held all of both angles; on at least 102 of 103 virtual benches, 95 % of each run, under other commands and "
+    "controllers, too."
 )
 DRIFTS = (
-    "Theta drifts in an open loop: it is compared in windows of 1 s. On 33 virtual benches, about 40 % of it lay "
+    "Theta drifts in an open loop: it is compared in windows of 1 s. On 103 virtual benches, about 40 % of it lay "
     "inside on another run, of which the friction is not known."
 )
 ADAPTED = (

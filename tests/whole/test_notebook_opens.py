@@ -99,8 +99,8 @@ def test_each_kernel_runs_the_first_cells_once(jupyterlab, chromium):
     ("old", "new"),
     [
         ('"from rotflex.units import HZ', '"from rotflex.units import Hz'),
-        ('"id": "play"', '"id": "plays"'),
-        (r'"bench = \"virtual\"', r'"bench = \"quanser:q2_usb\"'),
+        pytest.param('"id": "play"', '"id": "plays"', marks=pytest.mark.scheduled),
+        pytest.param(r'"bench = \"virtual\"', r'"bench = \"quanser:q2_usb\"', marks=pytest.mark.scheduled),
     ],
 )
 def test_where_it_is_not_sure_nothing_runs_and_the_page_says_which_key(jupyterlab, old, new):
