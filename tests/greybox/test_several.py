@@ -236,7 +236,7 @@ def test_a_fit_that_leaves_much_is_doubted_in_words(together):
 def test_a_log_of_another_mechanism_is_doubted_and_its_fit_ends_well_before_the_bound(other_mechanism_path, free, runs):
     log = Recording.load(other_mechanism_path)
     found = fit(log, srv02(), joint(1), free, progress=False)
-    assert ["left of the recording is theta" in doubt for doubt in found.doubts()] == [True]
+    assert any("left of the recording is theta" in doubt for doubt in found.doubts())
     assert len(runs) < solving.MOST_RUNS / 2
 
 
