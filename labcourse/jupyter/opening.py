@@ -40,8 +40,8 @@ def begin(asked: str) -> JSON:
     Returns
     -------
     JSON
-        ``{"run": positions among the cells}``, or ``{"say": sentence}``, or neither for what is no course's notebook
-        and for a kernel that is in use.
+        ``{"run": positions of the cells to run}`` or ``{"say": sentence}``. Empty if the notebook is not of the
+        course, or if the kernel has run something already.
     """
     name, cells = json.loads(asked)
     shell = get_ipython()
