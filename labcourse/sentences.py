@@ -415,7 +415,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.MISSING_HERE: "It was recorded at home; {why!b}.",
     Code.NOTEBOOK_NOT_THERE: "{where} is not there, or cannot be read.",
     Code.NOTHING_LEFT: "nothing is left of it after {where} was run.",
-    Code.NO_CELL_KNOWN: "no cell is known that did it, as after an explorer's button, and {where} leaves it empty.",
+    Code.NO_CELL_KNOWN: "no cell is known that did it, and {where} leaves it empty.",
     Code.CELL_NOT_AMONG: "the cell that did it, {cell}, is not among those of {where} that were run.",
     Code.RUN_LEAVES_EMPTY: "{where}, run from top to bottom, leaves it empty.",
     Code.NOT_IN_THE_RUN: "There is no answer in what was left when your notebooks had been run.",

@@ -261,7 +261,7 @@ def _missing(checked: Checked, name: str, parts: Sequence[CheckedPart]) -> Itera
     from labcourse.run.check import GOOD, CheckState
 
     there = [number for number in dict.fromkeys(part.question for part in parts) if checked.questions[number]]
-    yield f"{_stems([name])}: complete: {', '.join(there) or 'no question'}"
+    yield f"{_stems([name])}: " + (f"complete: {', '.join(there)}" if there else "no question is complete")
     texts = {CheckState.DIFFERENT: "recorded, but different from your page", CheckState.MISSING: "not recorded. "}
     causes: dict[tuple[CheckState, Problem | None], dict[str, list[str]]] = {}
     for part in parts:
