@@ -26,7 +26,8 @@ The gradebook stores a part of it as a ``RunRecord`` (:mod:`labcourse.grading.gr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -69,6 +70,7 @@ class Doubt:
     assumed : what counts without a decision; "" for nothing
     why : reasons for the doubt; texts if the row was read from the file
     alternatives : what it may be instead, as text; of a time, when the files were saved; of a partner, their ID
+    content : of an owner or a file, what the files in doubt hold, from :func:`content_name`; "" for anything
     """
 
     submission: str
@@ -76,12 +78,28 @@ class Doubt:
     assumed: str
     why: tuple[Reason, ...]
     alternatives: str = ""
+    content: str = ""
 
     @property
     def key(self) -> tuple[str, str]:
-        """The key of the row in :data:`Decisions`; it has the partner, or when the files were saved, if the row has."""
-        of = f": {self.alternatives}" if self.about in (TIME_RECEIVED, PARTNER) and self.alternatives else ""
-        return self.submission, f"{self.about}{of}"
+        """The key of the row in :data:`Decisions`; it has the partner, when the files were saved, or their content."""
+        of = self.alternatives if self.about in (TIME_RECEIVED, PARTNER) else self.content
+        return self.submission, f"{self.about}: {of}" if of else self.about
+
+    def decided(self, decisions: Decisions) -> str:
+        """Return what was decided on this row, or else on one that leaves the content open; "" for nothing yet.
+
+        Somebody else's file may have the same name a week later, so a row that leaves it open is written anew with it.
+        """
+        return decisions.get(self.key) or decisions.get((self.submission, self.about), "")
+
+
+def content_name(parts: Iterable[bytes]) -> str:
+    """Return a name for what files hold, which is short enough for a table: equal for equal content."""
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(len(part).to_bytes(8, "big") + part)
+    return digest.hexdigest()[:12]
 
 
 @dataclass(frozen=True)

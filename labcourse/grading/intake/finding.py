@@ -28,6 +28,7 @@ from labcourse.grading.submission import (
     Owner,
     Piece,
     Submission,
+    content_name,
 )
 from labcourse.problems import Code, Problem
 from labcourse.sentences import sentences
@@ -223,6 +224,7 @@ class _Finder:
         self.read: set[str] = set()
         self.is_undecided = False
         self._roster, self._zone, self._shelf, self._decisions = roster, zone, shelf, decisions
+        self._with_owner = {source for source, about in decisions if about.startswith(OWNER)}
         self._given_platform, self._is_given_zip = platform, False
         self._times = {caseless(name): in_utc(time, UTC) for name, time in times.items()}
         self._pieces: list[Piece] = []
@@ -560,12 +562,16 @@ class _Finder:
         """
         holds_work = any(map(is_work, piece.files))
         owner = owners.owner_of(piece.name, piece.owner, piece.course, self._roster, holds_work)
-        decision = self._decisions.get((piece.source, OWNER))
-        decided = self._roster.known(decision) if decision else None
         unlisted = any(self._roster.known(student) is None for student in owner.students)
-        if owner.problems or unlisted or decided:
+        decision, decided = "", None
+        if owner.problems or unlisted or piece.source in self._with_owner:
             assumed, instead = " ".join(owner.students), student_in(piece.course)[:LONGEST]
-            self.doubts.append(Doubt(piece.source, OWNER, assumed, owner.problems + owner.notes, instead))
+            why = owner.problems + owner.notes
+            doubt = Doubt(piece.source, OWNER, assumed, why, instead, self._content(piece))
+            decision = doubt.decided(self._decisions)
+            decided = self._roster.known(decision) if decision else None
+            if owner.problems or unlisted or decided:
+                self.doubts.append(doubt)
         if decided:
             return Owner((decided,), bench_of=decided, is_decided=True)
         if decision:
@@ -574,18 +580,29 @@ class _Finder:
             self._ignore(piece.source, *piece.trouble, *owner.problems, Problem.of(Code.OWNER_TO_BE_GIVEN))
         return owner
 
+    def _content(self, piece: Piece) -> str:
+        """Return a name for what a piece holds; for one that cannot be opened, a name for when it was received."""
+        self._shelf.begin_student()
+        contents = [f"{piece.archived}".encode()] if not piece.files else []
+        for path, file in sorted(piece.files.items()):
+            try:
+                content = self._shelf.read(file, archives.MAX_SUBMISSION)
+            except Unreadable:
+                content = f"{file.size}".encode()
+            contents += [path.encode(), content]
+        return content_name(contents)
+
     def _with_time(self, piece: Piece) -> Piece:
         """Return a piece with its time of receipt; add a row for the instructor if only files say it, or it is decided.
 
         The row's key has the time when the files were saved, so a decision does not hold for files that were saved
-        later, unless the instructor wrote the row without that time.
+        later.
         """
         times = filter(None, (entry.modified for entry in piece.files.values()))
         saved = min(max(times, default=piece.archived or NEVER), clock.now())
-        is_written = (piece.source, TIME_RECEIVED) in self._decisions
-        when_saved = "" if is_written else f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
+        when_saved = f"saved {saved:%Y-%m-%d %H:%M:%S} UTC"
         doubt = Doubt(piece.source, TIME_RECEIVED, "", (Problem.of(Code.ONLY_THEIR_COMPUTER),), when_saved)
-        received, evidence = self._time_received(piece, self._decisions.get(doubt.key))
+        received, evidence = self._time_received(piece, doubt.decided(self._decisions))
         if evidence == DECIDED:
             why = (Problem.of(Code.DECIDED),)
             self.doubts.append(replace(doubt, assumed=f"{received:%Y-%m-%d %H:%M} UTC", why=why))
@@ -593,13 +610,13 @@ class _Finder:
             self.doubts.append(doubt)
         return replace(piece, received=received or saved, clock=evidence, saved=saved)
 
-    def _time_received(self, piece: Piece, decided: str | None) -> tuple[datetime | None, str]:
+    def _time_received(self, piece: Piece, decided: str) -> tuple[datetime | None, str]:
         """Return the time of receipt, and how it is known; None and "" if only files say when they were saved.
 
         Parameters
         ----------
         piece : with its owner
-        decided : the instructor's decision; None without one
+        decided : the instructor's decision; "" without one
         """
         label = piece.label
         if decided:

@@ -21,7 +21,7 @@ from labcourse.grading.intake import archives
 from labcourse.grading.intake.archives import Shelf, Unreadable, is_notebook, named
 from labcourse.grading.intake.finding import MAX_COURSE_FILE
 from labcourse.grading.intake.owners import course_data
-from labcourse.grading.submission import Decisions, Doubt, Piece, Submission
+from labcourse.grading.submission import Decisions, Doubt, Piece, Submission, content_name
 from labcourse.patterns import pattern
 from labcourse.problems import Code, Problem, Reason, has
 from labcourse.run.alignment import count_changed, source_of
@@ -234,7 +234,8 @@ class _Reader:
             if others:
                 about = {"count": len(others) + 1, "chosen": path, "why": why, **named(others)}
                 self.submission.notes.append(Problem.of(Code.ONE_OF_SEVERAL, name, **about))
-                self.submission.doubts.append(Doubt(self._piece.source, name, path, (why,), "; ".join(others)))
+                doubt = Doubt(self._piece.source, name, path, (why,), "; ".join(others), self._content(paths))
+                self.submission.doubts.append(doubt)
         elif changes:
             self.submission.notes.append(Problem.of(Code.TAKEN_BY_NAME, name, file=path))
         return path
@@ -252,7 +253,7 @@ class _Reader:
         """
         ordered = sorted((changes, self._nearness(path)[0], copy, path) for (changes, copy), path in candidates)
         paths = [path for *_order, path in ordered]
-        decided = self.decisions.get((self._piece.source, name))
+        decided = Doubt(self._piece.source, name, "", (), content=self._content(paths)).decided(self.decisions)
         if decided in paths:
             return decided, Problem.of(Code.DECIDED)
         if decided:
@@ -266,6 +267,20 @@ class _Reader:
         path = max(usable, key=lambda path: (newest - saved[path] <= _SAME_TIME, written[path]))
         when = {"saved": f"{saved[path]:%Y-%m-%d %H:%M}"} if saved[path] > _OLD else {}
         return path, Problem.of(Code.CHOSEN_BY_TIME, cells=max(written[path], 0), **when)
+
+    def _content(self, paths: Iterable[str]) -> str:
+        """Return a name for what files hold that may be one of the course's; a notebook without its outputs."""
+        return content_name(part for path in sorted(paths) for part in (path.encode(), self._held(path)))
+
+    def _held(self, path: str) -> bytes:
+        """Return what a file holds; of one that cannot be read, its path and size."""
+        if is_notebook(path):
+            notebook = self._notebook(path)
+            return to_bytes(notebook.cells) if isinstance(notebook, Notebook) else repr(notebook).encode()
+        try:
+            return self._read(path, report_files.MAX_BYTES)
+        except Unreadable:
+            return f"{path}, {self._piece.files[path].size}".encode()
 
     def _may_lose_work(self, name: str, path: str, chosen: str) -> bool:
         """Return whether ignoring a file may lose work of the student's.
@@ -282,10 +297,7 @@ class _Reader:
             one, other = self._notebook(path), self._notebook(chosen)
             same = isinstance(one, Notebook) and isinstance(other, Notebook) and one.cells == other.cells
             return not same and self._written(name, path) != 0
-        try:
-            return self._read(path, report_files.MAX_BYTES) != self._read(chosen, report_files.MAX_BYTES)
-        except Unreadable:
-            return True
+        return self._held(path) != self._held(chosen)
 
     def _written(self, name: str, path: str) -> int:
         """Return in how many cells of a notebook a student wrote; -1 if it cannot be read."""

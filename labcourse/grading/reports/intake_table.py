@@ -13,7 +13,7 @@ from labcourse.grading.submission import Doubt
 from labcourse.safe_text import as_csv, from_spreadsheet_cell
 from labcourse.sentences import sentences
 
-_DECISION = "decision"
+_DECISION, _CONTENT = "decision", "content"
 _COLUMNS = [*(field.name for field in fields(Doubt)), _DECISION]
 
 
@@ -28,12 +28,12 @@ def read(path: Path) -> dict[Doubt, str]:
     if not path.exists():
         return {}
     headings, *rows = read_table(path) or [[]]
-    if missing := [name for name in _COLUMNS if name not in headings]:
+    if missing := [name for name in _COLUMNS if name not in (*headings, _CONTENT)]:  # earlier versions wrote none
         raise GradingError(f"{path} has no column {missing[0]!r}. Its columns are: {', '.join(_COLUMNS)}.")
     decisions = {}
     for row in filter(None, rows):
         cells = dict(zip(headings, [*row, *[""] * len(headings)], strict=False))
-        doubt = {name: from_spreadsheet_cell(cells[name].strip()) for name in _COLUMNS}
+        doubt = {name: from_spreadsheet_cell(cells.get(name, "").strip()) for name in _COLUMNS}
         decision, why = doubt.pop(_DECISION), doubt.pop("why")
         decisions[Doubt(**doubt, why=(why,))] = decision
     return decisions
@@ -62,8 +62,12 @@ def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str], read_n
         If it has no rows, and cannot be deleted.
     """
     kept = {one: decision for one, decision in earlier.items() if decision or one.submission not in read_now}
-    decided = {doubt.key: (doubt, decision) for doubt, decision in kept.items()}
-    rows = decided | {doubt.key: (doubt, decided.get(doubt.key, (doubt, ""))[1]) for doubt in doubts}
+    rows = {doubt.key: (doubt, decision) for doubt, decision in kept.items()}
+    decisions = {key: decision for key, (_doubt, decision) in rows.items()}
+    for doubt in doubts:
+        if (decision := doubt.decided(decisions)) and doubt.key not in decisions:
+            rows.pop((doubt.submission, doubt.about))  # it left the content open, and holds for this from now on
+        rows[doubt.key] = (doubt, decision)
     if not rows:
         path.unlink(missing_ok=True)
         return 0

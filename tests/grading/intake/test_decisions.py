@@ -9,6 +9,7 @@ from packings import WANTED, lay, notebook, work, zipped
 from labcourse.grading import intake
 from labcourse.grading.gradebook.records import StudentRecord
 from labcourse.grading.intake.platforms import parse_time
+from labcourse.grading.reports import intake_table
 from labcourse.grading.submission import OWNER, TIME_RECEIVED
 from labcourse.problems import Code, Problem
 
@@ -127,3 +128,37 @@ def test_a_notebook_that_was_saved_as_json_is_taken_and_other_data_of_its_name_i
     ]
     assert {item.name for item in contents.items} == {A, C, as_json[B]}
     assert [*contents.unread] == [B]
+
+
+def test_what_is_decided_on_an_owner_or_a_file_holds_for_this_content_and_is_asked_of_another(tmp_path):
+    folder, table = tmp_path / "in", tmp_path / "intake.csv"
+    lay(folder / "bob", {A: ANSWERED}, EARLY)
+
+    def came(scan, copy, **decide):
+        """Return who has the scan, and which notebook of bob's counts, after rows without a decision got these."""
+        lay(folder, {"scan.ipynb": scan})
+        lay(folder / "bob", {COPY: copy}, EARLY)
+        rows = {row: decision or decide.get(row.submission, "") for row, decision in intake_table.read(table).items()}
+        decisions = {row.key: decision for row, decision in rows.items() if decision}
+        found = intake.find(folder, [StudentRecord("ada"), StudentRecord("bob")], decisions=decisions)
+        for one in found.submissions:
+            found.doubts.extend(intake.read(one, WANTED, MASTERS, decisions=decisions).doubts)
+        asked = [doubt for doubt in found.doubts if doubt.about != TIME_RECEIVED]
+        intake_table.write(table, asked, rows, found.read)
+        with_scan = [one.student for one in found.submissions for piece in one.pieces if piece.source == "scan.ipynb"]
+        return with_scan, source_of_first(found.submissions[-1])
+
+    def decided():
+        """Return the decisions in the table."""
+        return sorted(intake_table.read(table).values())
+
+    first, second = (notebook(A, "x = 3"), notebook(A, "x = 5")), (notebook(A, "x = 4"), notebook(A, "x = 6"))
+    assert came(*first) == ([], "x = 1")
+    assert came(*first, **{"scan.ipynb": "ada", "bob": COPY}) == (["ada"], "x = 5")
+    assert came(*second) == ([], "x = 1") and decided() == ["", "", COPY, "ada"]
+    assert came(*first) == (["ada"], "x = 5")
+
+    text = table.read_text(encoding="utf-8-sig").replace("content", "of no meaning")  # as an earlier version wrote it
+    table.write_text("\n".join(line for line in text.splitlines() if not line.endswith(",")), encoding="utf-8")
+    assert came(*first) == (["ada"], "x = 5")
+    assert came(*second) == ([], "x = 1") and decided() == ["", "", COPY, "ada"]
