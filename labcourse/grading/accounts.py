@@ -115,12 +115,17 @@ class AccountItem:
     weight: Fraction = Fraction(1)
     lost_share: Fraction = Fraction(0)
 
-    @property
+    @cached_property
     def weighted(self) -> Fraction:
         """Points with their weight, before lateness; 0 while they are not decided."""
         return self.weight * (self.points or 0)
 
-    @property
+    @cached_property
+    def earned(self) -> Fraction:
+        """Points with their weight and lateness; 0 while they are not decided."""
+        return self.weighted * (1 - self.lost_share)
+
+    @cached_property
     def possible(self) -> Fraction:
         """What the weighted points are out of."""
         return self.weight * self.out_of
@@ -210,7 +215,7 @@ class AssignmentGrade:
     @cached_property
     def earned(self) -> Fraction:
         """Points of its notebooks with weights and lateness, as far as they are decided."""
-        return sum((item.weighted * (1 - item.lost_share) for item in self.counting), Fraction(0))
+        return sum((item.earned for item in self.counting), Fraction(0))
 
     @cached_property
     def possible(self) -> Fraction:

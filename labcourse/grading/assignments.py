@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from enum import StrEnum
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from labcourse import clock
@@ -33,6 +34,7 @@ _DAY = timedelta(days=1)
 _SHOWS_NO_WORK = {Status.MISSING, Status.NOT_MARKED, Status.SUPPLIED}
 
 
+@lru_cache(maxsize=1000)  # a class has the same few points, in thousands of marks
 def exact(number: float) -> Fraction:
     """Return a number as it is written: 0.1 is a tenth."""
     return Fraction(str(number))

@@ -8,7 +8,6 @@ of all that it depends on.
 
 from __future__ import annotations
 
-import hashlib
 import hmac
 import threading
 from collections import defaultdict, deque
@@ -41,7 +40,14 @@ from labcourse.grading.marking.marking_processes import Marker, marking_digest
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.running import runner
 from labcourse.grading.running.bundle import Bundle, Bundles
-from labcourse.grading.running.prepared import content_digest, not_run, prepare, run_content, submission_digest
+from labcourse.grading.running.prepared import (
+    content_digest,
+    not_run,
+    prepare,
+    program_digest,
+    run_content,
+    submission_digest,
+)
 from labcourse.grading.running.supplied import Supplied, values_for
 from labcourse.grading.settings import Assignment
 from labcourse.grading.submission import NEVER, TIME_RECEIVED, Decisions, Submission
@@ -158,7 +164,7 @@ class Batch:
         self._bundles = Bundles(course)
         self._how = [labcourse.__version__, asdict(settings.limits), settings.isolated, settings.every_cell]
         given = [*self._how, settings.probe_seed, settings.supplied]
-        self._basis = content_digest([self._bundles.digest(), _code_digest(), given])
+        self._basis = content_digest([self._bundles.digest(), program_digest(), given])
         self._masters = {name: self._bundles.masters(name)[0] for name in self._bundles.current.pristine}
         reports = report_files.names(course.catalogue)
         self._reports = {pdf: f"{course.notebook_of(number)}.ipynb" for number, pdf in reports.items()}
@@ -220,9 +226,13 @@ class Batch:
         """Grade one submission, without changing what counts. Only IsolationError is raised; others make it fail."""
         submission.before = current = self._gradebook.current(submission.student)
         try:
+            marked = current if current and current.key_digest == self._key_digest else None  # by the key as it is
+            if marked and not submission.prepared_from and not self._undated.keys() & submission.sources:
+                found = self._prepared_from(submission, intake.found_digest(submission))
+                if marked.run.prepared_from == found:
+                    return _unchanged(submission, marked)  # and it has no row of intake.csv, which reading would write
             if not submission.prepared_from:
                 self._receive(submission)
-            marked = current if current and current.key_digest == self._key_digest else None  # by the key as it is
             if marked and marked.run.prepared_from == submission.prepared_from:
                 return _unchanged(submission, marked)
             submission.has_run = False  # until a folder is run
@@ -242,6 +252,7 @@ class Batch:
         """Read the files of a submission, and of what waits until a person confirms a partner; store what is new."""
         names, masters, decisions = self._bundles.names, self._masters, self._settings.decisions
         reports, only, student = [*self._reports], self._settings.only, submission.student
+        found = intake.found_digest(submission)
         intake.read(submission, names, masters, packages=self._course.packages, reports=reports, decisions=decisions)
         self.doubts += submission.doubts
         if student in self._as_stored and (before := self._gradebook.current(student)):
@@ -264,7 +275,7 @@ class Batch:
         self._limit_unread(submission, versions)
         submission.problems += intake.unread_problems(submission, earlier) if submission.pieces else []
         submission.items.clear()  # they are stored
-        submission.prepared_from = self._prepared_from(submission)
+        submission.prepared_from = self._prepared_from(submission, found)
 
     def _set_decided_times(self, submission: Submission) -> None:
         """Set the time of files that came before to the one that an instructor decided then, if that decision stands.
@@ -381,13 +392,22 @@ class Batch:
             else:
                 submission.unreadable.append(replace(one, parameters={**one.parameters, "notebooks": open_}))
 
-    def _prepared_from(self, submission: Submission) -> str:
-        """Return the digest of all that preparing a submission depends on: if it is the same, nothing is prepared."""
-        course_program_and_settings, student = self._basis, submission.student
-        found = [student, submission.bench_of, submission.partners]
-        read = [sorted(submission.names), submission.python, submission.waiting]
-        said = [submission.problems, submission.notes, submission.faults, submission.unread, submission.unreadable]
+    def _prepared_from(self, submission: Submission, found: str) -> str:
+        """Return the digest of all that preparing a submission depends on: if it is the same, nothing is prepared.
+
+        It is the same before a submission is read and afterwards, unless that finds something for ``intake.csv``.
+
+        Parameters
+        ----------
+        submission : as it was found, or read
+        found : from :func:`labcourse.grading.intake.found_digest`, before it was read
+        """
+        student, only = submission.student, self._settings.only
+        who = [student, submission.bench_of, submission.partners]
         own = self._gradebook.stored(student)
+        sources = submission.sources | {one.source for one in own}
+        decided = sorted(row for row in self._settings.decisions.items() if row[0][0] in sources)
+        how = [self._basis, only and only.title, decided, submission.doubts]
         benches = sorted({row.folder_of for row in own} - {student, ""})
         rows = [own, *map(self._gradebook.stored, benches)]
         stored = [[row._replace(stored=NEVER) for row in of_one] for of_one in rows]  # when it was stored is no part
@@ -400,7 +420,7 @@ class Batch:
         if before is not None and counting.is_choice(before.run.versions):  # which depends on what persons gave
             by_persons = [vars(mark) for mark in before.marks if mark.status == Status.BY_A_PERSON]
         chosen_by = [when, given_back, taken, by_persons]
-        return content_digest([course_program_and_settings, found, read, said, stored, chosen_by])
+        return content_digest([how, who, found, stored, chosen_by])
 
     # --- what counts of it --------------------------------------------------------------------------------------------
 
@@ -665,14 +685,6 @@ def _unchanged(submission: Submission, current: Graded) -> Submission:
     """Return a submission with the run and the marks that counted before, as nothing about it has changed."""
     submission.graded, submission.has_run, submission.is_new = current, False, False
     return submission
-
-
-def _code_digest() -> str:
-    """Return the digest of all modules of labcourse; submissions are prepared again when one changes."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(labcourse.__file__).parent.rglob("*.py")):
-        digest.update(f"{path} ".encode() + hashlib.sha256(path.read_bytes()).digest())
-    return digest.hexdigest()
 
 
 def _not_there(submission: Submission, catalogue: Catalogue) -> dict[Where, Problem]:

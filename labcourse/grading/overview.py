@@ -532,7 +532,7 @@ def _decided_share(account: Account) -> float | None:
     """
     decided = [item for item in account.counting if item.points is not None]
     possible = sum(item.possible for item in decided)
-    return float(sum(item.weighted * (1 - item.lost_share) for item in decided) / possible) if possible else None
+    return float(sum(item.earned for item in decided) / possible) if possible else None
 
 
 # --- answers and marks ------------------------------------------------------------------------------------------------

@@ -310,6 +310,11 @@ class Submission:
         return tuple(sorted(self.notebooks))
 
     @property
+    def sources(self) -> set[str]:
+        """Paths of its pieces in the class's folder, also of those that nobody confirmed."""
+        return {piece.source for piece in (*self.pieces, *self.unconfirmed)}
+
+    @property
     def supplied_parts(self) -> set[Where]:
         """The (question, part) of the values that an instructor supplied."""
         return {(question, part) for question, _dot, part in (name.rpartition(".") for name in self.supplied)}

@@ -1,16 +1,19 @@
 """A class through a batch: what is run, what is known already, what a fault costs, what is marked again."""
 
 import json
+import os
+import shutil
+import zipfile
 from concurrent.futures import wait
 from dataclasses import replace
 from datetime import UTC, datetime
 
 import pytest
-from fake_class import InlineMarker, left, perfect
+from fake_class import CELLS, InlineMarker, left, perfect
 
 from labcourse.answers import json_values
 from labcourse.errors import GradingError, IsolationError
-from labcourse.grading import batch
+from labcourse.grading import batch, intake
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.counting import _marked_again, regrade
 from labcourse.grading.graded_run import submission_of
@@ -191,3 +194,36 @@ def test_what_is_missing_with_its_notebook_says_so_and_nothing_else_does(fake_cl
     reasons = {mark.reason for mark in graded.marks if mark.question == "2.11"}
     assert reasons == {Problem.of(code, name)} if code else not any(name in str(one) for one in reasons)
     assert has(Code.NOT_HANDED_IN, graded.run.notes, name) is (there == "")
+
+
+def test_what_was_read_is_read_again_only_if_a_file_or_a_decision_changed_or_a_row_must_be_written(
+    fake_class, monkeypatch
+):
+    read, seen = intake.read, []
+
+    def counted(submission, *words, **more):
+        seen.append(submission.student)
+        return read(submission, *words, **more)
+
+    monkeypatch.setattr(intake, "read", counted)
+
+    def again(**more):
+        seen.clear()
+        fake_class.grade(**more)
+        return sorted(seen)
+
+    folder = fake_class.folder / "in"
+    fake_class.hand_in("ada", "bob", "cleo")
+    packed = shutil.make_archive(str(folder / "dan"), "zip", folder / "bob")
+    shutil.copytree(folder / "cleo", folder / "cleo" / "copy")
+    (folder / "cleo" / "copy" / "a.ipynb").write_text(json.dumps({"cells": [{**CELLS[0], "source": "omega_n = 3"}]}))
+    assert again() == ["ada", "bob", "cleo", "dan"]
+    assert again() == ["cleo"]  # with two notebooks, of which an instructor is asked
+    assert again(decisions={("bob", "a.ipynb"): "a.ipynb"}) == ["bob", "cleo"]
+    about = (folder / "ada" / "a.ipynb").stat()
+    fake_class.hand_in("ada", source="omega_n = 2")  # of the same length, saved at the same time
+    os.utime(folder / "ada" / "a.ipynb", ns=(about.st_atime_ns, about.st_mtime_ns))
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr("a.ipynb", (folder / "ada" / "a.ipynb").read_bytes())
+    assert again() == ["ada", "bob", "cleo", "dan"]
+    assert again() == ["cleo"]

@@ -12,7 +12,7 @@ from labcourse.errors import GradingError
 from labcourse.grading.assignments import Handed, State, works
 from labcourse.grading.batch import Batch, Settings
 from labcourse.grading.gradebook import DECIDED, Arrival, Delivery, StudentRecord, roster
-from labcourse.grading.intake import find
+from labcourse.grading.intake import find, found_digest
 from labcourse.grading.marks import UNDECIDED, Status
 from labcourse.grading.reports import intake_table
 from labcourse.grading.settings import CourseSettings, Deadline, LateSettings
@@ -180,9 +180,10 @@ def ask_in_its_notebook(fake_class, monkeypatch):
     names = [f"{fake_class.course.notebook_of(number)}.ipynb" for number in ("2.11", "0.1")]
 
     def receive_and_ask(batch, submission):
+        found = found_digest(submission)
         receive(batch, submission)
         submission.waiting = {name: students for students in submission.waiting.values() for name in names}
-        submission.prepared_from = batch._prepared_from(submission)
+        submission.prepared_from = batch._prepared_from(submission, found)
 
     monkeypatch.setattr(Batch, "_receive", receive_and_ask)
 

@@ -363,8 +363,10 @@ class Graded:
     lapsed: tuple[GivenMark, ...] = ()
 
     def without_answers(self) -> Graded:
-        """Return a copy without answers and words: those of a whole class are not to be in memory at once."""
-        return replace(self, run=replace(self.run, answers=None, words={}))
+        """Return a copy without answers, words and reports of cells: a class's are not to be in memory at once."""
+        facts = tuple({**one, "cell_reports": {}} for one in self.run.cells)
+        marks = tuple(replace(mark, given="") for mark in self.marks)
+        return replace(self, run=replace(self.run, answers=None, words={}, cells=facts), marks=marks)
 
 
 class CommentRecord(Base):

@@ -16,7 +16,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, and_, delete, exists, insert, select, tuple_, update
+from sqlalchemy import ColumnElement, Select, and_, delete, exists, insert, or_, select, tuple_, update
 from sqlalchemy.orm import Session, aliased, defer
 
 from labcourse import clock
@@ -1040,8 +1040,13 @@ def _answers(session: Session, parts: Collection[Where] | None, any_state: bool 
     done: dict[tuple[str, Where], list[Act]] = defaultdict(list)
     for act in standing(read(session, Act, *_among(Act, parts))):
         done[act.student, act.where].append(act)
-    answers = []
-    for student, mark, given in read_marks(session, RunRecord.current, *_among(MarkRow, parts)):
+    answers, among = [], _among(MarkRow, parts)
+    if not any_state:  # most marks of a class are no such answers
+        made: Any = MarkRow
+        of_answer = and_(*(getattr(Act, name) == getattr(made, name) for name in ("question", "part")))
+        acted = exists().where(Act.student_id == RunRecord.student_id, of_answer)
+        among.append(or_(made.status == Status.FOR_A_PERSON, GivenMark.student_id.is_not(None), acted))
+    for student, mark, given in read_marks(session, RunRecord.current, *among):
         own = given if given is not None and holds(given.mark, mark) else None
         acts = tuple(act for act in done[student, mark.where] if holds(act, mark))
         if any_state or mark.status == Status.FOR_A_PERSON or own is not None or acts:

@@ -14,7 +14,15 @@ All of them fill in a :class:`~labcourse.grading.submission.Submission`. What is
 
 from labcourse.grading.intake.finding import ClassFolder, find
 from labcourse.grading.intake.owners import course_data, students_in
-from labcourse.grading.intake.reading import Master, choose_newest, is_changed, is_unread, read, unread_problems
+from labcourse.grading.intake.reading import (
+    Master,
+    choose_newest,
+    found_digest,
+    is_changed,
+    is_unread,
+    read,
+    unread_problems,
+)
 
 __all__ = [
     "ClassFolder",
@@ -22,6 +30,7 @@ __all__ = [
     "choose_newest",
     "course_data",
     "find",
+    "found_digest",
     "is_changed",
     "is_unread",
     "read",

@@ -86,12 +86,14 @@ class StoredFile:
     key : name of the file in the store
     size : size in bytes, as the store says
     modified : time when it was saved, UTC, by the clock of the computer that saved it; None if it is not known
+    checksum : CRC-32 of the content, as an archive's table of contents says; None for a file on disk
     """
 
     store: Path | StoredFile
     key: str
     size: int
     modified: datetime | None = None
+    checksum: int | None = None
 
 
 @dataclass(frozen=True)
@@ -361,7 +363,8 @@ class _Zip:
             elif self._entries[entry.filename] is not entry:
                 yield path, _TWICE
             else:
-                yield path, StoredFile(self._archive, entry.filename, entry.file_size, _modified(entry, self._zone))
+                about = entry.file_size, _modified(entry, self._zone), entry.CRC
+                yield path, StoredFile(self._archive, entry.filename, *about)
 
     def read(self, key: str, size: int) -> bytes:
         """Read the first ``size`` bytes of a file; raise Unreadable if that cannot be done."""

@@ -72,6 +72,24 @@ def read(
     return submission
 
 
+def found_digest(submission: Submission) -> str:
+    """Return the digest of what was found of a submission, before it is read: its pieces, and what their files hold.
+
+    Files in an archive are not opened: its table of contents has their checksums.
+    """
+    digest = hashlib.sha256(repr([submission.problems, submission.notes]).encode())
+    with Shelf() as shelf:
+        for piece in (*submission.pieces, *submission.unconfirmed):
+            digest.update(repr(replace(piece, files={})).encode())
+            for path, file in sorted(piece.files.items()):
+                try:
+                    content: object = file.checksum or shelf.read(file, archives.MAX_SUBMISSION)
+                except Unreadable as error:
+                    content = error.problem
+                digest.update(repr((path, file.size, file.modified, content)).encode())
+    return digest.hexdigest()
+
+
 def unread_problems(submission: Submission, earlier: Collection[str] = ()) -> list[Problem]:
     """Return a problem for each thing in a submission that could not be read and that nothing later replaces.
 

@@ -202,7 +202,8 @@ _PACKAGE = Path(labcourse.__file__).parent
 _NOT_MARKING = tuple(
     _PACKAGE / "grading" / name
     for name in (
-        *("accounts.py", "erasure.py", "outcomes.py", "overview.py", "platforms.py", "sheets.py", "todo.py"),
+        *("accounts.py", "assignments.py", "commands.py", "course_check.py", "erasure.py", "executed.py"),
+        *("feedback_zip.py", "outcomes.py", "overview.py", "platforms.py", "sheets.py", "todo.py"),
         *("gradebook", "intake", "isolation", "release", "reports", "running", "scoring"),
     )
 )

@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +25,12 @@ from labcourse.grading.accounts import Account, in_full, points, unknown_names
 from labcourse.grading.assignments import given_back
 from labcourse.grading.course import Course
 from labcourse.grading.gradebook import Gradebook, Graded, Publication, StudentRecord
+from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.reports import feedback, hints
 from labcourse.grading.reports.changes import ChangedMark, changed_in
+from labcourse.grading.reports.hints import digest
 from labcourse.grading.reports.result import Result, account_in, lapse, request_text, result_in, state_of, sums
+from labcourse.grading.running.prepared import content_digest, program_digest
 from labcourse.messages import DISK_FULL, FREE_SPACE
 from labcourse.safe_text import as_csv
 from labcourse.sentences import sentence, sentences
@@ -177,12 +181,26 @@ class Reports(AbstractContextManager["Reports"]):
         result = result_in(self.book, self.course, graded, about)
         shown = replace(result.given_back(self.course, back), changes=moved)
         folder = self.out / about.student
-        data = json.dumps(_as_json(shown), indent=1, sort_keys=True, default=datetime.isoformat)
-        self._write(folder / MARKS_FILE, f"{data}\n")
-        self._write(folder / FEEDBACK_FILE, feedback.page(shown, self.course))
+        marks, page, made_of = folder / MARKS_FILE, folder / FEEDBACK_FILE, content_digest([self._basis, shown])
+        before = files.object_in(marks.read_bytes()).get("page") if marks.is_file() and page.is_file() else None
+        content = page.read_bytes() if before and before[0] == made_of else b""
+        if before != [made_of, digest(content)]:  # else it would be written as it is
+            content = feedback.page(shown, self.course).encode()
+            self._write(page, content)
+        about_page = {"page": [made_of, digest(content)]}
+        data = json.dumps(_as_json(shown) | about_page, indent=1, sort_keys=True, default=datetime.isoformat)
+        self._write(marks, f"{data}\n")
         return replace(result, graded=graded.without_answers())
 
-    def _write(self, path: Path, content: str | None) -> None:
+    @cached_property
+    def _basis(self) -> str:
+        """Digest of all that a page depends on besides what came out for its student: program, course, settings."""
+        course, settings = self.course, self.course.settings
+        is_open = settings.feedback.is_open(clock.now())
+        about = repr([course.catalogue, course.cells, settings, is_open])
+        return content_digest([program_digest(), marking_digest(course), about])
+
+    def _write(self, path: Path, content: str | bytes | None) -> None:
         """Write a file, or delete it if there is nothing to write; if that fails, remember it and go on."""
         try:
             if content is None:

@@ -7,8 +7,10 @@ import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import labcourse
 from labcourse.answers import answers, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import MAX_SOURCE, UNREADABLE, Cell
@@ -29,6 +31,13 @@ _LONGEST_CELL_ID = 64  # characters; as Jupyter allows
 def content_digest(content: object) -> str:
     """Return the SHA-256 digest (hexadecimal) of plain data and dataclasses; equal content has an equal digest."""
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=repr).encode()).hexdigest()
+
+
+def program_digest() -> str:
+    """Return the digest of labcourse: submissions are prepared, and pages made, again when a part of it changes."""
+    package = Path(labcourse.__file__).parent
+    sources = (path for path in sorted(package.rglob("*")) if path.suffix in (".py", ".html", ".css"))
+    return content_digest(_file_digests({f"{path}": path.read_bytes() for path in sources}))
 
 
 def _file_digests(files: Mapping[str, bytes]) -> dict[str, str]:

@@ -3,6 +3,7 @@
 import errno
 import json
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 from gradebooks import enrol, graded, mark, prose, record, report_text, rows
@@ -12,6 +13,7 @@ from sqlalchemy import event
 from labcourse import clock, files
 from labcourse.errors import GradingError
 from labcourse.grading.gradebook import CommentRecord, Delivery, StudentRecord
+from labcourse.grading.reports import feedback
 from labcourse.grading.reports.grades import NOT_GRADED_YET, Reports
 
 
@@ -119,6 +121,35 @@ def test_a_disk_that_is_full_is_told_once_and_what_was_there_stays(book, out, mo
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
     monkeypatch.setattr("pathlib.Path.write_bytes", full)
-    with pytest.raises(GradingError, match=r"grades\.csv.* 4 more.*Free some space.*rotflex grade"):
+    with pytest.raises(GradingError, match=r"grades\.csv.* 3 more.*Free some space.*rotflex grade"):
         reports.write_all()
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+
+
+def test_a_page_is_made_again_only_if_something_about_it_changed_and_is_always_there_as_it_should_be(
+    book, out, monkeypatch
+):
+    record(book, graded("ada"), graded("bob"))
+    made, page = [], feedback.page
+
+    def counted(result, course):
+        made.append(result.about.student)
+        return page(result, course)
+
+    monkeypatch.setattr(feedback, "page", counted)
+
+    def again(course=OURS):
+        made.clear()
+        Reports(out, course, book).write_all()
+        return made
+
+    assert again() == ["ada", "bob"]
+    first = {path: path.read_bytes() for path in out.rglob("*.*")}
+    assert again() == [] and {path: path.read_bytes() for path in out.rglob("*.*")} == first
+    (out / "ada" / "feedback.html").write_text("Full marks!")
+    (out / "bob" / "marks.json").unlink()
+    assert again() == ["ada", "bob"] and {path: path.read_bytes() for path in out.rglob("*.*")} == first
+    book.comment("bob", "Say why.", actor="tia", question="2.11", part="omega_n")
+    assert again() == ["bob"]
+    settings = replace(OURS.settings, term="Spring")
+    assert again(replace(OURS, settings=settings)) == ["ada", "bob"]
