@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import sys
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -50,6 +51,15 @@ class CleanText(sa.TypeDecorator[str]):
 
     def process_bind_param(self, value: str | None, dialect: sa.Dialect) -> str | None:
         return None if value is None else storable.text(value)
+
+
+class NameText(CleanText):
+    """A text that many rows have, and that is in memory once: the number of a question, the name of a part."""
+
+    cache_ok = True
+
+    def process_result_value(self, value: str | None, dialect: sa.Dialect) -> str | None:
+        return None if value is None else sys.intern(value)
 
 
 class StatusText(CleanText):
@@ -123,7 +133,7 @@ def _of_student(**options: Any) -> Any:
 
 def _mark_columns() -> list[Any]:
     """Return the columns of a :class:`Mark`."""
-    keys = [mapped_column(name, primary_key=True) for name in ("question", "part")]
+    keys = [mapped_column(name, NameText, primary_key=True) for name in ("question", "part")]
     numbers = map(mapped_column, ("status", "points", "out_of"))
     return [*keys, *numbers, mapped_column("reason", ReasonJson), mapped_column("given")]
 
@@ -363,10 +373,10 @@ class Graded:
     lapsed: tuple[GivenMark, ...] = ()
 
     def without_answers(self) -> Graded:
-        """Return a copy without answers, words and reports of cells: a class's are not to be in memory at once."""
-        facts = tuple({**one, "cell_reports": {}} for one in self.run.cells)
+        """Return a copy without answers, words, and what cells said: a class's are not to be in memory at once."""
+        facts = tuple({**one, "cell_reports": {}, "missing": [], "asked": None} for one in self.run.cells)
         marks = tuple(replace(mark, given="") for mark in self.marks)
-        return replace(self, run=replace(self.run, answers=None, words={}, cells=facts), marks=marks)
+        return replace(self, run=replace(self.run, answers=None, words={}, claim={}, cells=facts), marks=marks)
 
 
 class CommentRecord(Base):

@@ -195,9 +195,8 @@ class Reports(AbstractContextManager["Reports"]):
     @cached_property
     def _basis(self) -> str:
         """Digest of all that a page depends on besides what came out for its student: program, course, settings."""
-        course, settings = self.course, self.course.settings
-        is_open = settings.feedback.is_open(clock.now())
-        about = repr([course.catalogue, course.cells, settings, is_open])
+        course, settings = self.course, self.course.settings  # of its packages, marks have the digest
+        about = repr([course.title, course.cells, settings, settings.feedback.is_open(clock.now())])
         return content_digest([program_digest(), marking_digest(course), about])
 
     def _write(self, path: Path, content: str | bytes | None) -> None:

@@ -3,6 +3,7 @@
 import errno
 import json
 from collections import Counter
+from copy import copy
 from dataclasses import replace
 
 import pytest
@@ -145,7 +146,8 @@ def test_a_page_is_made_again_only_if_something_about_it_changed_and_is_always_t
 
     assert again() == ["ada", "bob"]
     first = {path: path.read_bytes() for path in out.rglob("*.*")}
-    assert again() == [] and {path: path.read_bytes() for path in out.rglob("*.*")} == first
+    as_loaded_again = replace(OURS, catalogue=copy(OURS.catalogue))
+    assert again(as_loaded_again) == [] and {path: path.read_bytes() for path in out.rglob("*.*")} == first
     (out / "ada" / "feedback.html").write_text("Full marks!")
     (out / "bob" / "marks.json").unlink()
     assert again() == ["ada", "bob"] and {path: path.read_bytes() for path in out.rglob("*.*")} == first
