@@ -78,10 +78,10 @@ def _finding(told: dict, scripts: Sequence[Path], starts: list[int]) -> Finding:
 def main() -> int:
     """Tell what is found; 0 if nothing is."""
     from labcourse.files import LAB_EXTENSIONS
-    from labcourse.scene import explorer
+    from labcourse.scene import live
 
-    modules = [explorer._SCRIPTS, ("course_bar.js",)]
-    modules = [[Path(explorer.__file__).with_name(name) for name in names] for names in modules]
+    modules = [live._SCRIPTS, ("course_bar.js",)]
+    modules = [[Path(live.__file__).with_name(name) for name in names] for names in modules]
     found = [one for scripts in (*modules, [*LAB_EXTENSIONS.rglob("*.js")]) for one in findings(scripts)]
     for one in found:
         print(one)

@@ -9,13 +9,15 @@ import html
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import traitlets
 
 from labcourse.safe_text import no_escapes
-from labcourse.scene.explorer import Live
+from labcourse.scene.explorer import Kernel
+from labcourse.scene.live import Live
 from labcourse.scene.saved_explorers import BAR
 
 ANSWERED, IN_PART, WAITS, EMPTY = "answered", "in part", "waiting", "empty"
@@ -116,9 +118,8 @@ class CourseBar(Live):
     ) -> None:
         self._draw, self._text, self._start, self._is_saved = draw, text, start, is_saved
         self._notice = ""  # on the command that runs
-        super().__init__()
-        self.commands = dict(commands)
-        self.html = draw()
+        self._kernel = Kernel()
+        super().__init__(partial(self._kernel.later, self.receive), commands=dict(commands), html=draw())
 
     def refresh(self) -> None:
         """Draw what is answered now."""
@@ -151,10 +152,10 @@ class CourseBar(Live):
     def _run(self, command: str) -> None:
         try:
             for line in self._start(command):
-                self.later(self._add, line)
+                self._kernel.later(self._add, line)
         except Exception as error:
-            self.later(self._add, f"{type(error).__name__}: {error}\n")
-        self.later(self._end)
+            self._kernel.later(self._add, f"{type(error).__name__}: {error}\n")
+        self._kernel.later(self._end)
 
     def _add(self, line: str) -> None:
         text = self.output["text"]

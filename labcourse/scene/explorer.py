@@ -1,93 +1,75 @@
-"""The widget behind every explorer: shows a scene, receives what the reader does, and never fails in silence."""
+"""What is behind every explorer: shows a scene, receives what the reader does, and never fails in silence.
+
+Nothing here needs Jupyter: an explorer calls :attr:`Explorer.tell` with what is to be seen, and is called by
+:meth:`Explorer.hear` with what the page says. In a notebook a widget does so, see :mod:`labcourse.scene.live`.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import math
-import os
+import sys
 import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-import anywidget
-import traitlets
+from typing import TYPE_CHECKING, Any
 
 from labcourse import files
 from labcourse.errors import CourseError, speaks_for_itself
-from labcourse.pictures import DOTS_PER_INCH, SWITCH, Picture, style
+from labcourse.pictures import DOTS_PER_INCH, Picture, style
 from labcourse.scene import still
-from labcourse.scene.saved_explorers import EXPLORER, VIEW
+from labcourse.scene.saved_explorers import EXPLORER
 from labcourse.scene.scene import Item, Scene
 
-_HERE = Path(__file__).parent
+if TYPE_CHECKING:
+    from labcourse.scene.live import Live
+
 _EMPTY: Item = {"alt": "", "columns": [], "controls": []}
-# One module, in files that can be read.
-_SCRIPTS = ("drawing.js", "moving.js", "controls.js", "handles.js", "grabs.js", "player.js", "explorer.js")
 
 
-class Live(anywidget.AnyWidget):
-    """A widget that receives the page's events one after the other, and can be changed from a thread."""
+class Kernel:
+    """Where a page's events are received, one after the other: the loop that runs now."""
+
+    threads = sys.platform != "emscripten"  #: whether there are any; in a browser there are none
 
     def __init__(self) -> None:
-        super().__init__()
         self._loop = _running_loop()
-        self.on_msg(self._on_message)
 
     @property
-    def kernel_loop(self) -> asyncio.AbstractEventLoop | None:
+    def loop(self) -> asyncio.AbstractEventLoop | None:
         """The loop of the kernel while it runs; None outside of a kernel."""
         return self._loop if self._loop is not None and self._loop.is_running() else None
 
-    def receive(self, event: Mapping[str, Any]) -> None:
-        """Take an event of the page."""
-        raise NotImplementedError
-
     def later(self, call: Callable[..., None], *values: Any) -> None:
-        """Call a function where events are received: widgets are not for several threads."""
-        if self.kernel_loop is not None:
-            self.kernel_loop.call_soon_threadsafe(call, *values)
+        """Call a function where events are received, from whichever thread: a page is told things by one alone."""
+        if self.loop is not None:
+            self.loop.call_soon_threadsafe(call, *values)
         else:
             call(*values)
 
-    def _on_message(self, _: object, content: Mapping[str, Any], __: object) -> None:
-        """Take a message of the page, on the kernel's own loop: JupyterLab may send it to a thread beside it."""
-        self.later(self.receive, content)
 
-    def bundled(
-        self, kind: str, instead: Mapping[str, str], about: Mapping[str, Any], **options: Any
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return display data and metadata: the widget, if somebody looks, and what stands for it elsewhere.
-
-        Parameters
-        ----------
-        kind : of widget, which the metadata name
-        instead, about : display data of what stands for it, and their metadata
-        options : as a notebook gives them
-        """
-        live = super()._repr_mimebundle_(**options)
-        data, metadata = live if isinstance(live, tuple) else (live, {})
-        shown = {} if os.environ.get(SWITCH) == "off" else data or {}
-        mark = {VIEW: {kind: True}} if VIEW in shown else {}
-        return {**shown, **instead}, {**metadata, **about, **mark}
-
-
-class Explorer(Live):
+class Explorer:
     """A scene that answers.
 
     A subclass says what is to be seen (:meth:`view`), and what to do when a control is set, a button pressed or a
     handle moved. An exception on the way is shown above the plots; what was there stays.
+
+    Attributes
+    ----------
+    scene, data : what the page shows now, see :meth:`labcourse.scene.scene.Scene.packed`
+    tell : set by a page: called with every new scene and its data
+    busy : whether something is done in the background
     """
 
-    _esm = "\n".join((_HERE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
-    _css = _HERE / "explorer.css"
-    scene = traitlets.Dict(_EMPTY).tag(sync=True)
-    data = traitlets.Bytes().tag(sync=True)
-    busy = False  #: whether something is done in the background
+    scene: Item = _EMPTY
+    data = b""
+    tell: Callable[[Item, bytes], None] | None = None
+    busy = False
+    _live: Live | None = None
 
     def __init__(self) -> None:
-        super().__init__()
+        self.kernel = Kernel()
         self._version = 0
         self._answered: dict[str, Any] = {}
         self.notice = ""
@@ -119,6 +101,10 @@ class Explorer(Live):
         """
 
     # --- what comes and goes ----------------------------------------------------------------------------------------
+
+    def hear(self, event: Mapping[str, Any]) -> None:
+        """Take a message of the page, on the kernel's own loop: JupyterLab may send it to a thread beside it."""
+        self.kernel.later(self.receive, event)
 
     def receive(self, event: Mapping[str, Any]) -> None:
         """Take an event of the page: ``{"kind": "set" | "press" | "moved" | "grab" | "alive", "name": ..., ...}``."""
@@ -152,10 +138,10 @@ class Explorer(Live):
             trouble = trouble or error_text(error)
         self._version += 1
         notice = {"kind": "error", "text": trouble} if trouble else {"kind": "info", "text": self.notice}
-        scene |= {"notice": notice, "version": self._version, "answered": self._answered}
-        with self.hold_sync():
-            self.data = data
-            self.scene = scene
+        self.scene = scene | {"notice": notice, "version": self._version, "answered": self._answered}
+        self.data = data
+        if self.tell is not None:
+            self.tell(self.scene, data)
 
     def _within_slider(self, name: str, value: float) -> float:
         """A number within its slider's range, to which the box beside a slider does not keep."""
@@ -168,7 +154,7 @@ class Explorer(Live):
         """Do something long beside the kernel, which stays free for other messages meanwhile; it is ``busy``.
 
         ``done`` is called with the result, where events are received; then the scene is shown anew, with what went
-        wrong. Outside of a kernel it is done at once.
+        wrong. Outside of a kernel, and where there are no threads, it is done at once.
         """
         self.busy = True
 
@@ -186,10 +172,10 @@ class Explorer(Live):
                 trouble = error_text(error)
             self.refresh(trouble)
 
-        if self.kernel_loop is None:
+        if self.kernel.loop is None or not self.kernel.threads:
             finish(_result(work))
         else:
-            threading.Thread(target=lambda: self.later(finish_and_show, _result(work)), daemon=True).start()
+            threading.Thread(target=lambda: self.kernel.later(finish_and_show, _result(work)), daemon=True).start()
 
     def save_picture(self, name: str) -> None:
         """Save the picture as PNG and as SVG beside the notebook, and say so; earlier ones of that name are replaced.
@@ -213,15 +199,23 @@ class Explorer(Live):
         """Display data and metadata for where there are no widgets."""
         return self.picture()._repr_mimebundle_()
 
+    def close(self) -> None:
+        """Take the explorer off a notebook's page."""
+        if self._live is not None:
+            self._live.close()
+
     def _repr_mimebundle_(self, **options: Any) -> Any:
         """The widget, and what stands for it in papermill's notebooks and on a printed page."""
+        from labcourse.scene.live import LiveExplorer
+
         try:
             picture, about = self.static_view()
         except Exception as error:
             if not speaks_for_itself(error):
                 raise
             picture, about = {}, {}  # there is nothing to draw yet; the widget says why
-        return self.bundled(EXPLORER, {**picture, "text/plain": repr(self)}, about, **options)
+        self._live = self._live or LiveExplorer(self)
+        return self._live.bundled(EXPLORER, {**picture, "text/plain": repr(self)}, about, **options)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.scene['alt']}"

@@ -129,13 +129,14 @@ class BenchConsole(Explorer):
 
     # --- what the user does -----------------------------------------------------------------------------------------
 
-    def _on_message(self, widget: object, content: Mapping[str, Any], buffers: object) -> None:
+    def hear(self, event: Mapping[str, Any]) -> None:
+        """Take a message of the page; STOP and letting go count here and now, whichever thread this is."""
         self._last_message, self._page = time.monotonic(), True  # whatever the page says is a sign of life
-        if content.get("kind") == "press" and content.get("name") == "stop":
-            self.stop()  # here and now, whichever thread this is
-        if content.get("kind") == "grab" and "x" not in content and self._hand is not None:
-            self._hand.let_go()  # as early
-        super()._on_message(widget, content, buffers)
+        if event.get("kind") == "press" and event.get("name") == "stop":
+            self.stop()
+        if event.get("kind") == "grab" and "x" not in event and self._hand is not None:
+            self._hand.let_go()
+        super().hear(event)
 
     def receive(self, event: Mapping[str, Any]) -> None:
         """Take an event; what begins a run is not wanted any more where it has waited for a busy Python."""
@@ -235,7 +236,7 @@ class BenchConsole(Explorer):
         self.recording, self._settled = None, False
         self._bench.recorder.forget()
         self._last_message = time.monotonic()
-        loop = self.kernel_loop
+        loop = self.kernel.loop
         self._run = Running(self._bench, experiment, self._alive, paced=loop is not None)
         if self._grabs():
             self._hand = Hand(STANDING if self.choice in (HOLD, WATCH) else DRIVING) if loop is not None else None
@@ -259,7 +260,7 @@ class BenchConsole(Explorer):
             self._run.stop(reason)
 
     def close(self) -> None:
-        """Let go of the bench with the widget."""
+        """Let go of the bench, and take the console off the page."""
         self.disconnect()
         super().close()
 

@@ -102,7 +102,7 @@ def test_stop_ends_a_run_within_50_samples_and_leaves_0_volts(console, live, pac
 def test_a_run_whose_page_is_gone_stops_itself_and_says_where_its_samples_are(live, monkeypatch, tmp_path):
     live._bench.recorder = Recorder(tmp_path / "unfinished")
     live.set("experiment", "watch")  # it waits for no rest
-    live._on_message(None, {"kind": "alive"}, None)  # a page has spoken, and says no more
+    live.hear({"kind": "alive"})  # a page has spoken, and says no more
     monkeypatch.setattr(console_module, "_SILENCE", 60.0)  # however busy the computer is, there are samples before
     heard, samples = live._alive, count()
 
@@ -128,7 +128,7 @@ def test_in_an_event_loop_the_kernel_stays_free_and_frames_come(lab):
         live.press("start")
         assert live.running  # start() has returned, and the loop is free
         while live.scene["version"] < before + 10:
-            live._on_message(None, {"kind": "alive"}, None)
+            live.hear({"kind": "alive"})
             await asyncio.sleep(0.02)
         assert live.scene["live"] and live.running
         with pytest.raises(BenchError, match="running"):
@@ -154,7 +154,7 @@ def test_messages_from_another_thread_are_heard_on_the_kernels_loop(lab):
         live.receive = lambda content: (heard.append(threading.get_ident()), receive(content))
 
         def page(name):
-            sender = threading.Thread(target=live._on_message, args=(None, {"kind": "press", "name": name}, None))
+            sender = threading.Thread(target=live.hear, args=({"kind": "press", "name": name},))
             sender.start()
             sender.join()
 
@@ -479,7 +479,7 @@ def test_a_hand_stays_while_its_page_is_heard_and_lets_go_when_it_is_not(lab, mo
 
     async def scenario():
         live, held = BenchConsole(lab, K), []
-        live._on_message(None, {"kind": "alive"}, None)
+        live.hear({"kind": "alive"})
         grab(live, x=-0.6, y=0.6, begins=True)
         begun = live._run.samples()[0].size
 
@@ -494,7 +494,7 @@ def test_a_hand_stays_while_its_page_is_heard_and_lets_go_when_it_is_not(lab, mo
         await until(lambda: live._hand._pull is None)
         grab(live, x=-0.6, y=0.6)
         held.append(live._hand._pull)
-        live._on_message(None, {"kind": "grab", "name": "arm"}, None)  # heard before the kernel's loop is free
+        live.hear({"kind": "grab", "name": "arm"})  # heard before the kernel's loop is free
         held.append(live._hand._pull)
         assert not live._run.done  # nothing can break
         live.stop()

@@ -5,7 +5,7 @@ import pytest
 from checkout import ROOT
 
 from labcourse.errors import CourseError
-from labcourse.scene.explorer import Explorer
+from labcourse.scene.live import LiveExplorer
 from labcourse.scene.scene import GROUND, MOST_POINTS, Column, Moving, Panel, Play, Scene, thinned
 
 FOLDER = ROOT / "labcourse" / "scene"
@@ -195,7 +195,7 @@ def test_the_player_goes_through_recorded_signals_by_name(page):
     recorded = {"angle": np.linspace(0, 8, 5), "x": np.array([-1.0, 1.0, 3.0])}  # evenly spaced, each in its own way
     scene, data = Scene("a crane", [Column([shown])], play=Play(recorded, 2.0)).packed()
     numbers = np.frombuffer(data, np.float32).tolist()
-    said = page.evaluate(PLAYED, [Explorer._esm, scene, numbers, [0.0, 1.0, 1.5, 2.0]])
+    said = page.evaluate(PLAYED, [LiveExplorer._esm, scene, numbers, [0.0, 1.0, 1.5, 2.0]])
     assert said == [
         "x -1.00   angle 0.00   bend -1.10",
         "x 1.00   angle 4.00   bend -1.10",

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from checkout import ROOT
 
-from labcourse.scene.explorer import Explorer
+from labcourse.scene.live import LiveExplorer
 from labcourse.scene.scene import GROUND, Button, Choice, Column, Moving, Panel, Play, Readout, Row, Scene, Slider
 
 pytestmark = pytest.mark.skipif(browser.CHROMIUM is None, reason="chromium is not installed (apt-get install chromium)")
@@ -47,7 +47,7 @@ def page():
 def show(page, scene, width=836):
     """Show a scene, so many px wide. What the page tells Python is then in ``window.told``."""
     style = (ROOT / "labcourse" / "scene" / "explorer.css").read_text(encoding="utf-8")
-    page.evaluate(_SHOW, [Explorer._esm, style, *_sent(scene, {}), width])
+    page.evaluate(_SHOW, [LiveExplorer._esm, style, *_sent(scene, {}), width])
 
 
 def update(page, scene, **more):
