@@ -1,8 +1,4 @@
-"""The style of all pictures.
-
-The colours are Okabe and Ito's, which people with any kind of colour vision can tell apart. Each stands for one thing
-throughout the course, and what is drawn together differs in line style too, so that a grey print can be read.
-"""
+"""The style of all pictures. Their colours are :data:`labcourse.scene.scene.ROLES`."""
 
 from __future__ import annotations
 
@@ -16,17 +12,6 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 from PIL import Image
-
-BLACK, BLUE, VERMILLION, GREEN, PURPLE = "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-
-#: The meaning of a line → how it is drawn. Keyword arguments of ``Axes.plot``.
-ROLES: dict[str, dict[str, Any]] = {
-    "reference": {"color": BLACK, "linestyle": (0, (5, 2)), "linewidth": 1.2},
-    "measured": {"color": VERMILLION, "linestyle": "-", "linewidth": 1.5},
-    "model": {"color": BLUE, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "linewidth": 1.8},
-    "voltage": {"color": GREEN, "linestyle": "-", "linewidth": 1.2},
-    "highlight": {"color": PURPLE, "linestyle": (0, (1.2, 1.2)), "linewidth": 2.0},
-}
 
 WIDTH = 7.0  #: inches; the width of every plot
 DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...

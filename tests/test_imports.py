@@ -25,7 +25,9 @@ OF_A_COMMAND = ["numpy", "scipy", "nbformat", "jinja2", "pydantic", "rotflex.cou
 OF_A_COMMAND += ["labcourse.grading.reports.grades"]
 
 
-@pytest.mark.parametrize("room", ["rotflex", "rotflex.course.lab", "rotflex.experiments", "rotflex.cli"])
+@pytest.mark.parametrize(
+    "room", ["rotflex", "rotflex.course.lab", "rotflex.experiments", "rotflex.widgets", "rotflex.cli"]
+)
 def test_heavy_libraries_load_only_where_they_are_used(room):
     done = subprocess.run(
         [sys.executable, "-c", f"import sys, {room}; print(*sys.modules)"], check=True, capture_output=True, text=True

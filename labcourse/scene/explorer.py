@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 from labcourse import files
 from labcourse.errors import CourseError, speaks_for_itself
-from labcourse.pictures import DOTS_PER_INCH, Picture, style
-from labcourse.scene import still
 from labcourse.scene.saved_explorers import EXPLORER
 from labcourse.scene.scene import Item, Scene
 
 if TYPE_CHECKING:
+    from labcourse.pictures import Picture
     from labcourse.scene.live import Live
 
 _EMPTY: Item = {"alt": "", "columns": [], "controls": []}
@@ -83,6 +82,8 @@ class Explorer:
 
     def picture(self) -> Picture:
         """The same as a static figure: drawn from the scene, unless a subclass draws another."""
+        from labcourse.scene import still
+
         return still.picture(self.view())
 
     def set(self, name: str, value: float | str) -> None:
@@ -185,6 +186,8 @@ class Explorer:
         CourseError
             If they cannot be written.
         """
+        from labcourse.pictures import DOTS_PER_INCH, style
+
         picture = self.picture()
 
         def draw(path: Path, kind: str) -> None:

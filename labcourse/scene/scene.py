@@ -25,20 +25,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from labcourse import pictures
 from labcourse.errors import CourseError
 
 Item = dict[str, Any]
 
 MOST_POINTS = 1200  #: of a curve; more than a screen has across
+_BLACK = "#000000"
 #: What a curve or a shape stands for, and how it is drawn: on the page (drawing.js) by its name, in a still picture by
-#: these keyword arguments of ``Axes.plot``.
+#: these keyword arguments of ``Axes.plot``. The colours are Okabe and Ito's, which people with any kind of colour
+#: vision can tell apart; what is drawn together differs in line style too, so that a grey print can be read.
 ROLES: dict[str, dict[str, Any]] = {
-    **pictures.ROLES,
+    "reference": {"color": _BLACK, "linestyle": (0, (5, 2)), "linewidth": 1.2},
+    "measured": {"color": "#D55E00", "linestyle": "-", "linewidth": 1.5},
+    "model": {"color": "#0072B2", "linestyle": (0, (6, 1.5, 1.5, 1.5)), "linewidth": 1.8},
+    "voltage": {"color": "#009E73", "linestyle": "-", "linewidth": 1.2},
+    "highlight": {"color": "#CC79A7", "linestyle": (0, (1.2, 1.2)), "linewidth": 2.0},
     "ghost": {"color": "#777777", "linestyle": (0, (3, 4)), "linewidth": 1.2},
     "grid": {"color": "#BBBBBB", "linewidth": 0.8},
-    "axis": {"color": pictures.BLACK, "linewidth": 0.8},
-    "text": {"color": pictures.BLACK, "linewidth": 1.0},
+    "axis": {"color": _BLACK, "linewidth": 0.8},
+    "text": {"color": _BLACK, "linewidth": 1.0},
     "body": {"color": "#CFD8DC", "linewidth": 1.0},
 }
 

@@ -9,11 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from PIL import Image
 
-from labcourse.pictures import png, style
-from labcourse.scene import still
 from labcourse.scene.explorer import Explorer, written
 from labcourse.scene.scene import Button, Choice, Column, Control, Moving, Panel, Play, Readout, Row, Scene, around
 from rotflex import experiments, response, simulation
@@ -29,6 +25,8 @@ from rotflex.widgets import another_arm
 from rotflex.widgets.mechanism import mechanism, played
 
 if TYPE_CHECKING:
+    from PIL import Image
+
     from rotflex.course.lab import Lab
 
 _ENERGIES = {"spring": "voltage", "servo": "model", "link": "measured"}  # in the order of the stack → role
@@ -234,6 +232,8 @@ class OwnArm(ArmsExplorer):
         CourseError
             If they cannot be written.
         """
+        from labcourse.pictures import png
+
         frames, picture = self.film(), png(self.picture())
         every = round(1000 / _FRAMES_PER_SECOND)
 
@@ -246,6 +246,12 @@ class OwnArm(ArmsExplorer):
 
     def film(self) -> list[Image.Image]:
         """One period of the command, frame by frame."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from PIL import Image
+
+        from labcourse.pictures import style
+        from labcourse.scene import still
+
         scene, frames = self.view(), []
         duration = scene.play.duration if scene.play else 0.0
         with style():

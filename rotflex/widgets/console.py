@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labcourse.pictures import Picture
 from labcourse.scene.explorer import Explorer
 from labcourse.scene.scene import Button, Choice, Column, Control, Panel, Readout, Row, Scene
 from rotflex import experiments
@@ -37,6 +36,7 @@ from rotflex.widgets.mechanism import mechanism, played
 from rotflex.widgets.running import Experiment, Running, outcome
 
 if TYPE_CHECKING:
+    from labcourse.pictures import Picture
     from rotflex.course.lab import Lab
 
 _COMPUTED = "This bench is computed: nothing can break. Pull the arm aside and let go. STOP, or Escape, ends a run."

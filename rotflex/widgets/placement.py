@@ -1,6 +1,6 @@
 """A design without a page: poles in, gain and response out, and how good that is (Sections 3.1 and 3.4).
 
-The library places the poles; how it is done by hand is what the notebooks ask. Beside the design: what an unstable loop
+The program places the poles; how it is done by hand is what the notebooks ask. Beside the design: what an unstable loop
 does on a bench, where the pair may lie so that all specifications are met, and the poles when the stiffness is not
 quite what it was taken for. Margins and the linear quadratic regulator: ``control.margin`` and ``control.lqr``.
 """
@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
-from scipy.special import ndtri
 
 from rotflex import response, simulation
 from rotflex.errors import DesignError
@@ -198,18 +198,31 @@ def design(A: ArrayLike, B: ArrayLike, poles: ArrayLike, feedback: str = "full")
     DesignError
         If a matrix is not of that shape, the poles are not four in conjugate pairs, or they cannot be placed.
     """
-    import control
-
     a, b = matrices(A, B)
     wanted = np.asarray(poles, dtype=complex).ravel()
     polynomial = np.poly(wanted)
     if wanted.size != 4 or not np.isfinite(wanted).all() or np.abs(np.imag(polynomial)).max() > 1e-6:
         raise DesignError("Four poles are needed, complex ones in conjugate pairs.")
-    try:
-        gain = np.real(np.asarray(control.acker(a, b, wanted))).reshape(1, 4)
-    except (ValueError, np.linalg.LinAlgError) as error:
-        raise DesignError(f"The poles of this model cannot be placed: {error}. Look at A and B.") from None
+    gain = np.real(polynomial) @ _ackermann(a, b)
     return with_gain(a, b, gain, feedback, wanted)
+
+
+def _ackermann(a: Vector, b: Vector) -> Vector:
+    """Return the (5, 4) by which a desired polynomial (5,), from s⁴ down, is multiplied to get the gain (4,).
+
+    This is Ackermann's formula. It inverts the controllability matrix: how exact the gain is depends on its condition.
+
+    Raises
+    ------
+    DesignError
+        If the input does not reach all four states: they are not controllable.
+    """
+    powers = [np.linalg.matrix_power(a, n) for n in range(5)]
+    reach = np.hstack([power @ b for power in powers[:4]])
+    if np.linalg.matrix_rank(reach) < 4:
+        raise DesignError("The poles of this model cannot be placed: look at A and B.")
+    last = np.linalg.solve(reach.T, np.array([0.0, 0.0, 0.0, 1.0]))
+    return np.array([last @ power for power in powers[::-1]])
 
 
 def with_gain(
@@ -311,11 +324,7 @@ class Region:
 
     def __init__(self, A: ArrayLike, B: ArrayLike) -> None:
         self._a, self._b = matrices(A, B)
-        powers = [np.linalg.matrix_power(self._a, n) for n in range(5)]
-        reach = np.hstack([power @ self._b for power in powers[:4]])
-        last = np.linalg.solve(reach.T, np.array([0.0, 0.0, 0.0, 1.0]))
-        # K is the coefficients of the desired polynomial times these (Ackermann's formula).
-        self._rows = np.array([last @ power for power in powers[::-1]])
+        self._rows = _ackermann(self._a, self._b)
         zeta, omega = np.meshgrid(np.linspace(0.2, 0.99, _GRID[0]), np.linspace(6.0, 40.0, _GRID[1]))
         self.zeta, self.omega = zeta, omega
 
@@ -437,7 +446,7 @@ def cloud(a: Vector, b: Vector, applied: Vector, spread: float) -> Cloud:
     applied : (1, 4) gain that is fed back
     spread : relative standard uncertainty of K_s
     """
-    factors = np.maximum(1 + spread * ndtri((np.arange(COUNT) + 0.5) / COUNT), 0.0)
+    factors = np.array([1 + spread * NormalDist().inv_cdf((k + 0.5) / COUNT) for k in range(COUNT)]).clip(0.0)
     models = np.repeat(a[None], COUNT, axis=0)
     models[:, 2:, 1] *= factors[:, None]
     poles = np.asarray(np.linalg.eigvals(models - b @ applied), dtype=complex)

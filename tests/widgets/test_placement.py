@@ -21,6 +21,7 @@ from rotflex.widgets.placement import (
     STEP,
     Dominant,
     Region,
+    _ackermann,
     cloud,
     design,
     spread_of,
@@ -201,3 +202,13 @@ def test_a_pole_on_the_border_swings_on():
     assert found.runaway.recording.time[-1] == pytest.approx(HORIZON)
     alpha = np.abs(found.runaway.recording["alpha"])
     assert alpha[-500:].max() == pytest.approx(alpha[500:1000].max(), rel=0.05)
+
+
+def test_a_gain_is_that_of_the_library_for_any_bench_and_poles():
+    """Each entry, with condition numbers up to 1e10 of the matrix that is inverted; benches have them below 1e7."""
+    draw = np.random.default_rng(5)
+    for _ in range(1000):
+        a, b = (matrix * draw.uniform(0.5, 2.0, matrix.shape) for matrix in (A, B))
+        wanted = Dominant(draw.uniform(-1, 3), draw.uniform(5, 40), *draw.uniform(-80, 10, 2)).poles
+        gain = np.real(np.poly(wanted)) @ _ackermann(a, b)
+        np.testing.assert_allclose(gain, np.ravel(control.acker(a, b, wanted)), rtol=1e-9)
