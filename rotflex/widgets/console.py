@@ -2,7 +2,7 @@
 
 Experiments run in a thread of their own, so that STOP is heard: on the kernel's loop, or, where JupyterLab has a thread
 for it, beside a cell that keeps Python busy. Where it has none, and when the page is closed, no sign of life comes any
-more, and the run stops by itself.
+more, and the run stops by itself. In a browser without threads, see :mod:`rotflex.widgets.running`.
 """
 
 from __future__ import annotations
@@ -33,13 +33,17 @@ from rotflex.recording import Recording
 from rotflex.units import DEG
 from rotflex.widgets import another_arm
 from rotflex.widgets.mechanism import mechanism, played
-from rotflex.widgets.running import Experiment, Running, outcome
+from rotflex.widgets.running import Experiment, Running, can_wait, outcome
 
 if TYPE_CHECKING:
     from labcourse.pictures import Picture
     from rotflex.course.lab import Lab
 
 _COMPUTED = "This bench is computed: nothing can break. Pull the arm aside and let go. STOP, or Escape, ends a run."
+_WHOLE = (
+    "In this browser Python cannot wait while it computes. So a run is computed as a whole and then played, and you "
+    "cannot pull the arm."
+)
 _READY_MADE = (
     "This is a practice bench with a ready-made controller. Answer 3.8, predict in 3.13, and run this cell again: then "
     "you have your own bench and your own gain."
@@ -97,6 +101,7 @@ class BenchConsole(Explorer):
     Attributes
     ----------
     recording : what was recorded last, or None
+    watched : whether a run can be watched and the arm pulled; if not, it is computed as a whole and then played
     """
 
     def __init__(
@@ -115,6 +120,7 @@ class BenchConsole(Explorer):
         self._run: Running | None = None
         self._hand: Hand | None = None  # on the arm, in a run that a page shows
         self._pulled = asyncio.Event()
+        self.watched = can_wait()
         self._choose(self._addresses[0], replayed_at(self._addresses[0]))
         if experiment:
             self.choice = one_of("experiment", experiment, self._names())
@@ -211,7 +217,8 @@ class BenchConsole(Explorer):
         """Stop what runs, and let go of the bench, at 0 V."""
         self.stop("The bench was disconnected.")
         if self._run is not None:
-            self._run.wait(_LONGEST_STOP)
+            if not self._run.wait(_LONGEST_STOP) and not self.kernel.threads:
+                return  # its next sample comes when this has returned
             self._settle()
         bench, self._bench = self._bench, None
         if bench is not None:
@@ -236,7 +243,7 @@ class BenchConsole(Explorer):
         self.recording, self._settled = None, False
         self._bench.recorder.forget()
         self._last_message = time.monotonic()
-        loop = self.kernel.loop
+        loop = self.kernel.loop if self.watched else None
         self._run = Running(self._bench, experiment, self._alive, paced=loop is not None)
         if self._grabs():
             self._hand = Hand(STANDING if self.choice in (HOLD, WATCH) else DRIVING) if loop is not None else None
@@ -304,9 +311,9 @@ class BenchConsole(Explorer):
         return self.address.partition(":")[0] in ("virtual", "replay") and "clock=wall" not in self.address
 
     def _grabs(self) -> bool:
-        """Return whether the arm can be pulled: only on a virtual bench in simulated time."""
+        """Return whether the arm can be pulled: only on a virtual bench in simulated time, in a run that is watched."""
         recorded = self._bench is not None and self._bench.connection.recorded is not None
-        return self._is_computed() and self._replayed is None and not recorded
+        return self.watched and self._is_computed() and self._replayed is None and not recorded
 
     def _names(self) -> tuple[str, ...]:
         """What can be run on this bench."""
@@ -358,7 +365,8 @@ class BenchConsole(Explorer):
         silent = _SILENT if self._is_computed() else f"{_SILENT} {_MAY_BREAK}"
         play, recording = None, self.recording
         if recording is not None and not self.running:
-            play = played(recording, float(recording.time[0]), float(recording.time[-1]))
+            span, unseen = (float(recording.time[0]), float(recording.time[-1])), not self.watched
+            play = played(recording, *span, auto=unseen, at_once=unseen)
         return Scene(
             alt=alt.strip(),
             columns=[
@@ -415,8 +423,9 @@ class BenchConsole(Explorer):
 
     def _status(self) -> Readout:
         if self._is_computed():
-            more = [Row("", (_READY_MADE,))] if self._practice is not None else []
-            return Readout("State", [Row("state", (self._state,)), Row("", (self._message or _COMPUTED,)), *more])
+            words = [self._message or (_COMPUTED if self.watched else "")]
+            words += [_READY_MADE if self._practice is not None else "", "" if self.watched else _WHOLE]
+            return Readout("State", [Row("state", (self._state,)), *(Row("", (text,)) for text in words if text)])
         run = self._run
         late = "–" if run is None else f"{run.late} of {run.samples().shape[1]} samples"
         rows = [

@@ -1,7 +1,12 @@
-"""An experiment in a thread of its own: it can be watched while it runs, and stopped at any sample."""
+"""An experiment in a thread of its own: it can be watched while it runs, and stopped at any sample.
+
+In a browser there are no threads. An experiment there gives way whenever it waits for real time, if the browser can put
+a program aside (:func:`can_wait`); if it cannot, the experiment runs as a whole.
+"""
 
 from __future__ import annotations
 
+import asyncio
 import sys
 import threading
 import time
@@ -11,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labcourse.scene.explorer import Kernel
 from rotflex.errors import BenchError, MotorNotStopped, RotflexError, RunStopped
 from rotflex.hil.bench import Bench, Measurement, Outcome
 from rotflex.recording import Recording
@@ -24,6 +30,18 @@ _BEHIND = 0.05  # s; simulated time that is later than this stays so: it does no
 Experiment = Callable[[Bench], Recording]
 
 
+def can_wait() -> bool:
+    """Return whether a run can wait while the page is heard: always with threads, else if a browser can put it aside.
+
+    Ask within a task of the loop: there a run is, and what JavaScript calls directly can be put aside nowhere.
+    """
+    if Kernel.threads:
+        return True
+    from pyodide.ffi import can_run_sync
+
+    return bool(can_run_sync())
+
+
 class Running:
     """One run of an experiment.
 
@@ -32,7 +50,8 @@ class Running:
     bench : an open bench
     experiment : what to run on it
     alive : asked now and then; text that is not empty stops the run, and is the reason
-    paced : whether a bench in simulated time waits, so that it can be watched; what it records is the same
+    paced : whether a bench in simulated time waits, so that it can be watched; what it records is the same. Without
+        threads, one that does not wait has ended when :meth:`start` returns
 
     Attributes
     ----------
@@ -59,11 +78,15 @@ class Running:
         self.outcome: Outcome | None = None
         self.at_zero: float | None = None
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="rotflex-experiment", daemon=True)
 
     def start(self) -> None:
         """Begin."""
-        self._thread.start()
+        if Kernel.threads:
+            threading.Thread(target=self._run, name="rotflex-experiment", daemon=True).start()
+        elif self._paced:
+            asyncio.get_running_loop().call_soon(self._run)
+        else:
+            self._run()
 
     def stop(self, reason: str = "") -> None:
         """Ask it to stop: at the next sample, within milliseconds, the motor is at 0 V."""
@@ -71,8 +94,8 @@ class Running:
         self._stopped.set()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it has ended, and whether it has."""
-        return self._ended.wait(timeout)
+        """Wait until it has ended, and whether it has; without threads there is no waiting."""
+        return self._ended.wait(timeout) if Kernel.threads else self.done
 
     @property
     def done(self) -> bool:
@@ -131,7 +154,15 @@ class Running:
         """Wait until a sample's time, or for STOP: simulated time is never ahead. On a busy computer it goes slower."""
         self._due = max(self._due, now - sample - _BEHIND)
         if (ahead := self._due + sample - now) > 0:
-            self._stopped.wait(ahead + _REST)
+            self._rest(ahead + _REST)
+
+    def _rest(self, seconds: float) -> None:
+        if Kernel.threads:
+            self._stopped.wait(seconds)
+            return
+        from pyodide.ffi import run_sync
+
+        run_sync(asyncio.sleep(seconds))
 
 
 def outcome(run: Running) -> tuple[str, str]:
