@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 
 VARIABLE = "LABCOURSE_JOB"  #: environment variable: the entries below, JSON
+PICTURES = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, if nobody looks at the notebook
 _given = json.loads(os.environ.get(VARIABLE, "{}"))
 STUDENT: str = _given.get("student", "")  #: ID of the student on whose bench it is run; "" if nobody sets one
 BENCH: str = _given.get("bench", "virtual")  #: address of the bench

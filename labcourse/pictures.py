@@ -13,10 +13,11 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from PIL import Image
 
+from labcourse import job
+
 WIDTH = 7.0  #: inches; the width of every plot
 DOTS_PER_INCH = 130  # crisp on paper and on dense screens ...
 SHOWN_PER_INCH = 100  # ... while the notebook shows it at this size
-SWITCH = "LABCOURSE_PICTURES"  #: environment variable; "off" draws no image, if nobody looks at the notebook
 
 STYLE: Any = {
     "axes.axisbelow": True,
@@ -69,7 +70,7 @@ class Picture(Figure):
 
     def _repr_mimebundle_(self, **_: Any) -> tuple[dict[str, str], dict[str, Any]]:
         """Return a notebook's display data and metadata."""
-        if os.environ.get(SWITCH) == "off":
+        if os.environ.get(job.PICTURES) == "off":
             return {"text/plain": repr(self)}, {}
         image = base64.b64encode(png(self)).decode("ascii")
         width = round(self.get_figwidth() * SHOWN_PER_INCH)

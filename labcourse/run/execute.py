@@ -67,7 +67,7 @@ def run(
             job.VARIABLE: json.dumps({**parameters, "course": course_file.read(folder)}),
             RUNNING: "check",
             "TQDM_DISABLE": "1",
-            "LABCOURSE_PICTURES": "off",
+            job.PICTURES: "off",
             "PYTHONBREAKPOINT": "0",  # nobody is there to debug: breakpoint() does nothing
             # As where it is graded; and two processes share the processors.
             **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),

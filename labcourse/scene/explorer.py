@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import os
 import sys
 import threading
 from collections.abc import Callable, Mapping
@@ -15,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from labcourse import files
+from labcourse import files, job
 from labcourse.errors import CourseError, speaks_for_itself
 from labcourse.scene.saved_explorers import EXPLORER
 from labcourse.scene.scene import Item, Scene
@@ -208,17 +209,20 @@ class Explorer:
             self._live.close()
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget, and what stands for it in papermill's notebooks and on a printed page."""
-        from labcourse.scene.live import LiveExplorer
-
+        """The widget, if somebody looks, and what stands for it in papermill's notebooks and on a printed page."""
         try:
             picture, about = self.static_view()
         except Exception as error:
             if not speaks_for_itself(error):
                 raise
             picture, about = {}, {}  # there is nothing to draw yet; the widget says why
+        instead = {**picture, "text/plain": repr(self)}
+        if os.environ.get(job.PICTURES) == "off":
+            return instead, about
+        from labcourse.scene.live import LiveExplorer  # it takes a moment
+
         self._live = self._live or LiveExplorer(self)
-        return self._live.bundled(EXPLORER, {**picture, "text/plain": repr(self)}, about, **options)
+        return self._live.bundled(EXPLORER, instead, about, **options)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.scene['alt']}"

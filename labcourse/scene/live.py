@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import anywidget
 import traitlets
 
-from labcourse.pictures import SWITCH
 from labcourse.scene.saved_explorers import VIEW
 
 if TYPE_CHECKING:
@@ -37,7 +35,7 @@ class Live(anywidget.AnyWidget):
     def bundled(
         self, kind: str, instead: Mapping[str, str], about: Mapping[str, Any], **options: Any
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return display data and metadata: the widget, if somebody looks, and what stands for it elsewhere.
+        """Return display data and metadata: the widget, and what stands for it elsewhere.
 
         Parameters
         ----------
@@ -47,9 +45,8 @@ class Live(anywidget.AnyWidget):
         """
         live = super()._repr_mimebundle_(**options)
         data, metadata = live if isinstance(live, tuple) else (live, {})
-        shown = {} if os.environ.get(SWITCH) == "off" else data or {}
-        mark = {VIEW: {kind: True}} if VIEW in shown else {}
-        return {**shown, **instead}, {**metadata, **about, **mark}
+        mark = {VIEW: {kind: True}} if VIEW in (data or {}) else {}
+        return {**(data or {}), **instead}, {**metadata, **about, **mark}
 
 
 class LiveExplorer(Live):

@@ -215,4 +215,5 @@ def test_every_explorer_leaves_something_for_a_page_without_widgets(lab, model, 
     data, _ = widgets.open_console(lab)._repr_mimebundle_()
     assert "image/png" not in data and "ready" in data["text/plain"]  # without a run
     monkeypatch.setenv("LABCOURSE_PICTURES", "off")
-    assert set(widgets.explore_poles(*model)._repr_mimebundle_()[0]) == {"text/plain"}
+    unseen = widgets.explore_poles(*model)
+    assert set(unseen._repr_mimebundle_()[0]) == {"text/plain"} and unseen._live is None
