@@ -16,7 +16,7 @@ from typing import Any
 import traitlets
 
 from labcourse.safe_text import no_escapes
-from labcourse.scene.explorer import Kernel
+from labcourse.scene.explorer import KernelLoop
 from labcourse.scene.live import Live
 from labcourse.scene.saved_explorers import BAR
 
@@ -118,7 +118,7 @@ class CourseBar(Live):
     ) -> None:
         self._draw, self._text, self._start, self._is_saved = draw, text, start, is_saved
         self._notice = ""  # on the command that runs
-        self._kernel = Kernel()
+        self._kernel = KernelLoop()
         super().__init__(partial(self._kernel.later, self.receive), commands=dict(commands), html=draw())
 
     def refresh(self) -> None:

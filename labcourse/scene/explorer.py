@@ -12,6 +12,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,18 +24,21 @@ from labcourse.scene.scene import Item, Scene
 
 if TYPE_CHECKING:
     from labcourse.pictures import Picture
-    from labcourse.scene.live import Live
+    from labcourse.scene.live import LiveExplorer
 
 _EMPTY: Item = {"alt": "", "columns": [], "controls": []}
 
 
-class Kernel:
+class KernelLoop:
     """Where a page's events are received, one after the other: the loop that runs now."""
 
     threads = sys.platform != "emscripten"  #: whether there are any; in a browser there are none
 
+    _loop: asyncio.AbstractEventLoop | None = None
+
     def __init__(self) -> None:
-        self._loop = _running_loop()
+        with suppress(RuntimeError):
+            self._loop = asyncio.get_running_loop()
 
     @property
     def loop(self) -> asyncio.AbstractEventLoop | None:
@@ -66,10 +70,10 @@ class Explorer:
     data = b""
     tell: Callable[[Item, bytes], None] | None = None
     busy = False
-    _live: Live | None = None
+    _live: LiveExplorer | None = None
 
     def __init__(self) -> None:
-        self.kernel = Kernel()
+        self.kernel = KernelLoop()
         self._version = 0
         self._answered: dict[str, Any] = {}
         self.notice = ""
@@ -221,7 +225,9 @@ class Explorer:
             return instead, about
         from labcourse.scene.live import LiveExplorer  # it takes a moment
 
-        self._live = self._live or LiveExplorer(self)
+        if self._live is None:
+            self._live = LiveExplorer(self.hear, scene=self.scene, data=self.data)
+            self.tell = self._live.show
         return self._live.bundled(EXPLORER, instead, about, **options)
 
     def __repr__(self) -> str:
@@ -249,14 +255,6 @@ def _result(work: Callable[[], Any]) -> Any:
         return work()
     except Exception as error:
         return error
-
-
-def _running_loop() -> asyncio.AbstractEventLoop | None:
-    """Return the kernel's loop; None outside of a kernel."""
-    try:
-        return asyncio.get_running_loop()
-    except RuntimeError:
-        return None
 
 
 def error_text(error: Exception) -> str:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import anywidget
 import traitlets
 
 from labcourse.scene.saved_explorers import VIEW
-
-if TYPE_CHECKING:
-    from labcourse.scene.explorer import Explorer
 
 _HERE = Path(__file__).parent
 # One module, in files that can be read.
@@ -50,18 +47,15 @@ class Live(anywidget.AnyWidget):
 
 
 class LiveExplorer(Live):
-    """An explorer's widget: it has the explorer's scene, as long as both are there."""
+    """An explorer's widget, with what :class:`labcourse.scene.explorer.Explorer` shows."""
 
     _esm = "\n".join((_HERE / name).read_text(encoding="utf-8") for name in _SCRIPTS)
     _css = _HERE / "explorer.css"
     scene = traitlets.Dict().tag(sync=True)
     data = traitlets.Bytes().tag(sync=True)
 
-    def __init__(self, explorer: Explorer) -> None:
-        super().__init__(explorer.hear, scene=explorer.scene, data=explorer.data)
-        explorer.tell = self._show
-
-    def _show(self, scene: dict[str, Any], data: bytes) -> None:
+    def show(self, scene: dict[str, Any], data: bytes) -> None:
+        """Show another scene, and its data, at once."""
         with self.hold_sync():
             self.data = data
             self.scene = scene

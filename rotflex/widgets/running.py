@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.scene.explorer import Kernel
+from labcourse.scene.explorer import KernelLoop
 from rotflex.errors import BenchError, MotorNotStopped, RotflexError, RunStopped
 from rotflex.hil.bench import Bench, Measurement, Outcome
 from rotflex.recording import Recording
@@ -35,7 +35,7 @@ def can_wait() -> bool:
 
     Ask within a task of the loop: there a run is, and what JavaScript calls directly can be put aside nowhere.
     """
-    if Kernel.threads:
+    if KernelLoop.threads:
         return True
     from pyodide.ffi import can_run_sync
 
@@ -81,7 +81,7 @@ class Running:
 
     def start(self) -> None:
         """Begin."""
-        if Kernel.threads:
+        if KernelLoop.threads:
             threading.Thread(target=self._run, name="rotflex-experiment", daemon=True).start()
         elif self._paced:
             asyncio.get_running_loop().call_soon(self._run)
@@ -95,7 +95,7 @@ class Running:
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until it has ended, and whether it has; without threads there is no waiting."""
-        return self._ended.wait(timeout) if Kernel.threads else self.done
+        return self._ended.wait(timeout) if KernelLoop.threads else self.done
 
     @property
     def done(self) -> bool:
@@ -157,7 +157,7 @@ class Running:
             self._rest(ahead + _REST)
 
     def _rest(self, seconds: float) -> None:
-        if Kernel.threads:
+        if KernelLoop.threads:
             self._stopped.wait(seconds)
             return
         from pyodide.ffi import run_sync

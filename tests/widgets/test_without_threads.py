@@ -14,7 +14,7 @@ import pytest
 from explorer_events import notice, press, readout
 
 from labcourse.scene import explorer
-from labcourse.scene.explorer import Kernel
+from labcourse.scene.explorer import KernelLoop
 from rotflex import experiments
 from rotflex.widgets import running
 from rotflex.widgets.console import BenchConsole
@@ -48,7 +48,7 @@ def put_aside(work):
 @pytest.fixture
 def no_threads(monkeypatch):
     """Return a function that says whether programs can be put aside. Nothing starts a thread."""
-    monkeypatch.setattr(Kernel, "threads", False)
+    monkeypatch.setattr(KernelLoop, "threads", False)
     monkeypatch.setattr(running, "threading", SimpleNamespace(Event=threading.Event))
     monkeypatch.setattr(explorer, "threading", None)
     ffi = ModuleType("pyodide.ffi")
