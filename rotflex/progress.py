@@ -15,6 +15,8 @@ _NOT_IN_LOGS = None  # as tqdm's ``disable``: no bar if stderr is no terminal; n
 def progress(items: Iterable[Any] | None, what: str, unit: str, show: bool = True, most: int = 0) -> Any:
     """Make a bar of tqdm, which shows after a second: to iterate over, or without ``items`` to call ``update`` of.
 
+    A bar that goes through items and is not shown is the items.
+
     Parameters
     ----------
     items : what to go through, or None
@@ -23,11 +25,13 @@ def progress(items: Iterable[Any] | None, what: str, unit: str, show: bool = Tru
     most : how many there can be, where ``items`` do not say it; 0 if that is not known
     """
     if not show or os.environ.get(SWITCH):
+        if items is not None:  # also where there is no tqdm: in a browser
+            return items
         from tqdm import tqdm
 
         if not hasattr(tqdm, "_lock"):  # its default holds a semaphore of the system, which a killed process leaks
             tqdm.set_lock(RLock())
-        return tqdm(items, disable=True)
+        return tqdm(disable=True)
     from tqdm.auto import tqdm
 
     return tqdm(items, desc=what, unit=unit, total=most or None, delay=AFTER, leave=False, disable=_NOT_IN_LOGS)

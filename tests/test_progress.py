@@ -36,8 +36,13 @@ def test_a_bar_that_is_not_shown_takes_no_semaphore():
     program = """
 import sys
 from rotflex.progress import progress
-list(progress(range(3), "experiment", "sample", show=False))
+progress(None, "fit", "run", show=False).update()
 print("multiprocessing.synchronize" in sys.modules)
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"  # a marking process is killed, and would leak it
+
+
+def test_items_without_a_bar_need_no_tqdm(monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm", None)  # as in a browser
+    assert list(progress.progress(range(3), "experiment", "sample", show=False)) == [0, 1, 2]

@@ -9,7 +9,8 @@ PROGRAM = """
 import asyncio, sys
 
 class Blocked:
-    names = {"control", "sympy", "matplotlib", "PIL", "IPython", "ipywidgets", "traitlets", "anywidget", "pydantic"}
+    names = {"control", "sympy", "tqdm", "matplotlib", "PIL", "IPython", "ipywidgets", "traitlets", "anywidget"}
+    names |= {"pydantic"}
 
     def find_spec(self, name, path=None, target=None):
         if name.split(".")[0] in self.names or name in ("scipy.signal", "scipy.special", "scipy.optimize"):
