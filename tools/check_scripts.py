@@ -82,7 +82,8 @@ def main() -> int:
 
     modules = [live._SCRIPTS, ("course_bar.js",)]
     modules = [[Path(live.__file__).with_name(name) for name in names] for names in modules]
-    found = [one for scripts in (*modules, [*LAB_EXTENSIONS.rglob("*.js")]) for one in findings(scripts)]
+    pages = [[path] for path in sorted((ROOT / "tools" / "website" / "page").glob("*.js"))]
+    found = [one for scripts in (*modules, [*LAB_EXTENSIONS.rglob("*.js")], *pages) for one in findings(scripts)]
     for one in found:
         print(one)
     return 1 if found else 0

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import nbformat
 from nbformat import NotebookNode
-from website import chapters, secrets, staging
+from website import chapters, secrets, staging, try_it
 
 BUILD = staging.ROOT / "build"
 KEPT = BUILD / "site-notebooks"  #: runs of the notebooks, which take half a minute
@@ -77,6 +77,7 @@ def build(out: Path, run: Mapping[str, NotebookNode], instructors: bool = False)
         (made / "_static" / "mathjax.js").write_bytes(source.read_bytes())
         (made / ".buildinfo").unlink(missing_ok=True)
         (made / "index.html").write_text(FRONT, encoding="utf-8")
+        try_it.write(made / try_it.FOLDER, arm(moving=True))
         if not instructors:
             found = secrets.of_the_course(run.values()).found_in(made)
             for one in found:

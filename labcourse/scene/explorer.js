@@ -27,6 +27,7 @@ export default { render };
 class View {
   constructor(model, el) {
     this.model = model;
+    this.busy = model.get("busy") ?? BUSY; // what a page says that is no notebook
     this.id = crypto.randomUUID?.() ?? String(Math.random());
     this.sent = 0;
     this.open = false; // an event is under way
@@ -98,7 +99,7 @@ class View {
 
   expect() { // an answer
     clearTimeout(this.waiting);
-    this.waiting = setTimeout(() => this.say({ kind: "error", text: BUSY }), PATIENCE);
+    this.waiting = setTimeout(() => this.say({ kind: "error", text: this.busy }), PATIENCE);
   }
 
   urgent(event) { // goes out at once, whatever is under way; and what waited before it is not to come after it
