@@ -33,6 +33,7 @@ class Code(StrEnum):
     # why nobody is the owner
     NAMES_NOBODY = auto()
     NAME_AND_NUMBER_DIFFER = auto()
+    NAME_WITH_OTHER_NUMBERS = auto()
     SEVERAL_STUDENTS = auto()
     PLATFORM_NAME_UNKNOWN = auto()
     PLATFORM_NAME_WITHOUT_ROSTER = auto()

@@ -193,6 +193,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     # why nobody is the owner
     Code.NAMES_NOBODY: "it does not say who handed it in.",
     Code.NAME_AND_NUMBER_DIFFER: "its name and its number are of different students ({students}).",
+    Code.NAME_WITH_OTHER_NUMBERS: "its name is {student}'s, and so is another's here, with another number ({numbers}).",
     Code.SEVERAL_STUDENTS: "it may be any of {students}.",
     Code.PLATFORM_NAME_UNKNOWN: "{platform} named it, and nobody on the roster is called so.",
     Code.PLATFORM_NAME_WITHOUT_ROSTER: "{platform} named it, and there is no roster to say who that is.",

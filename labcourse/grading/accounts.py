@@ -157,9 +157,11 @@ class AssignmentGrade:
     def state(self) -> State:
         """The least advanced state of the notebooks from which the student is not excused; if excused from all, of all.
 
-        Marks that are in no assignment are marked.
+        A notebook that is worth nothing decides only if all are. Marks that are in no assignment are marked.
         """
-        counting = [work for work in self.works if work.excuse is None] or self.works
+        worth = {item.notebook for item in self.all_items} or {work.notebook for work in self.works}
+        open_to_them = [work for work in self.works if work.excuse is None] or self.works
+        counting = [work for work in open_to_them if work.notebook in worth] or open_to_them
         return least([work.state for work in counting] or [State.MARKED])
 
     @property

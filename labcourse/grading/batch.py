@@ -144,6 +144,7 @@ class Batch:
         roster = [student for student in gradebook.students() if student.enrolled]
         named = partial(students_named_before, gradebook)
         find = partial(intake.find, zone=settings.zone, decisions=settings.decisions, platform=settings.platform)
+        find = partial(find, erased=lambda student: gradebook.persons.erased([student]))
         if isinstance(submissions, Path):
             collected = find(submissions, roster, settings.times, earlier=named)
         else:

@@ -582,7 +582,7 @@ def publish(
         say(f"Recorded: {by} gave back {what} on {moment(begun)}.")
         say(f"No page was sent to a student: {program.name()} export --feedback writes the zip for your platform.")
     else:
-        say(f"Nothing was given back yet: say it again with --yes to give back {what}.")
+        say(f"Nothing was given back now: say it again with --yes to give back {what}.")
 
 
 _ONE_ASSIGNMENT = "Only this assignment: its title, or the name or number of a notebook in it."

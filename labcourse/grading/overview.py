@@ -288,7 +288,9 @@ def _far_below_the_class(of: Class) -> Section:
 def _messages(of: Class) -> Section:
     rows = [(_named(one), "\n".join(messages)) for one in of.students if (messages := _details(one))]
     some = f"The messages behind the list of what to do, in full. They are about {_students_text(rows)}."
-    summary = some if rows else "No run, no file and no lapsed mark cost anybody points."
+    summary = (
+        some if rows else "No run, no file and no lapsed mark is known to cost points; cells that stopped are below."
+    )
     return Section("What may have cost points", summary, [PageTable("Messages", ["Student", "Messages"], rows)])
 
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from made_courses import OURS
 
 from labcourse.grading.accounts import account_of, half_up, in_full, points, to_hundredths
-from labcourse.grading.assignments import Handed, exact, lateness
+from labcourse.grading.assignments import Handed, State, exact, lateness
 from labcourse.grading.gradebook import Arrival, StudentRecord
 from labcourse.grading.marks import Mark
-from labcourse.grading.settings import CourseSettings, Deadline, Extension, LateSettings, MarkSettings
+from labcourse.grading.settings import Assignment, CourseSettings, Deadline, Extension, LateSettings, MarkSettings
 
 DUE = datetime(2026, 11, 20, 18, tzinfo=UTC)
 ADA = StudentRecord("ada", section="A", aliases=("user7",))
@@ -139,3 +139,15 @@ def test_a_time_that_only_the_students_computer_wrote_is_no_time_of_receipt(per_
     found = account(given, after, clock="", deadlines=(Deadline(DUE),), late=late)
     assert waits == bool(found.undecided)
     assert found.timings and all(one.received is None for one in found.timings)
+
+
+def test_a_notebook_that_is_worth_nothing_makes_no_assignment_missing():
+    both = Assignment("Lab 02", ("00_start", "02_finding_stiffness"))
+    settings = CourseSettings(assignments=(both,), deadlines=(Deadline(due=DUE),))
+    course, received = replace(OURS, settings=settings), {"02_finding_stiffness.ipynb": Arrival(DUE)}
+    own = [mark for mark in marks([1.0] * len(PARTS)) if course.notebook_of(mark.question) == "02_finding_stiffness"]
+    for marked, state in ((own, State.MARKED), ([], State.MISSING)):
+        lab, *_rest = account_of(
+            course, Handed(ADA, marked, received if marked else {}), DUE + timedelta(days=9)
+        ).assignments
+        assert (lab.title, lab.state) == ("Lab 02", state)

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shutil
 from dataclasses import replace
 from datetime import UTC, datetime
 
@@ -246,3 +247,19 @@ def test_nothing_changes_until_it_is_known_which_platform_named_a_download(fake_
         assert Batch(folder.parent, fake_class.course, book, Settings(decisions={row.key: "Moodle"})).students == [
             "bob"
         ]
+
+
+def test_who_was_erased_is_named_and_not_asked_about_though_a_platform_names_only_the_name(fake_class):
+    in_class(fake_class, "ada", "fay")
+    fake_class.hand_in("ada", "fay")
+    assert fake_class.grade() == {"ada": 2, "fay": 2}
+    folder = fake_class.folder / "download" / "Fay Name_1234_assignsubmission_file_"
+    folder.mkdir(parents=True)
+    shutil.copy(fake_class.folder / "in" / "fay" / "a.ipynb", folder)
+    (folder / "course.json").write_text(json.dumps({"student": "FAY"}))
+    with fake_class.book() as book:
+        book.persons.erase("fay", "lea")
+        batch = Batch(folder.parent, fake_class.course, book)
+        assert (batch.students, batch.doubts) == ([], [])
+        (left_out,) = [one for one in batch.ignored if one.code is Code.ERASED_HANDED_IN]
+        assert left_out.parameters["sources"] == [folder.name]

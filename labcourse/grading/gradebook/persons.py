@@ -132,7 +132,8 @@ class Person:
     """
 
     def __init__(self, about: StudentRecord) -> None:
-        names = dict.fromkeys(filter(None, (about.student, about.name, about.email, *about.aliases)))
+        orders = [order for name in (about.name, *about.aliases) for order in _orders(name)]
+        names = dict.fromkeys(filter(None, (about.student, about.email, *orders)))
         self.student = about.student
         self.names = tuple(sorted(filter(_is_long_enough, names), key=len, reverse=True))
         self.too_short = tuple(name for name in names if not _is_long_enough(name))
@@ -166,6 +167,15 @@ class Person:
         elif isinstance(value, MarkState | Problem | dict | tuple):
             value = json.dumps(value, default=vars)
         return isinstance(value, str) and self._named.search(value) is not None
+
+
+def _orders(name: str) -> tuple[str, ...]:
+    """Return a name as it is written, and with the family name at its other end: "Bell, Bob" is "Bob Bell"."""
+    family, comma, given = (word.strip() for word in name.partition(","))
+    if comma:
+        return name, f"{given} {family}"
+    given, _space, family = name.strip().rpartition(" ")
+    return (name, f"{family}, {given}") if given else (name,)
 
 
 def _is_long_enough(name: str) -> bool:

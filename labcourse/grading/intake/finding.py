@@ -42,6 +42,7 @@ MAX_COURSE_FILE = 10_000  #: bytes of course.json; a name, a release, and partne
 _NO_FOLDER_NO_ZIP = Problem.of(Code.NO_FOLDER_NO_ZIP)
 
 YES, NO = "yes", "no"  #: decisions on a partner
+NOBODY = "nobody"  #: decision on an owner: it counts for no one
 NO_PLATFORM = "none"  #: decision on a platform: names are the students' IDs
 #: What lies at a place: a file, the content of a folder or an archive, a folder on disk, or why it is not read.
 PlaceContent = StoredFile | Listing | Path | Problem
@@ -171,6 +172,7 @@ def find(
     earlier: Callable[[str], Collection[str] | None] = lambda student: None,
     decisions: Decisions | None = None,
     platform: str = "",
+    erased: Callable[[str], object] = lambda student: False,
 ) -> ClassFolder:
     """Find the submissions in a class's folder, or in a zip of it.
 
@@ -185,6 +187,7 @@ def find(
         nothing before
     decisions : owners, times, partners and platforms, by the instructor
     platform : name of the platform that named the submissions, used where their names fit several; "" if not known
+    erased : function of an ID: returns whether this person was erased; nobody is asked about what only names them
 
     Raises
     ------
@@ -195,7 +198,7 @@ def find(
         raise GradingError(f"There is no folder {folder}.")
     folder = folder.resolve()
     with Shelf(zone) as shelf:
-        finder = _Finder(Roster(roster), times or {}, zone, shelf, decisions or {}, platform)
+        finder = _Finder(Roster(roster), times or {}, zone, shelf, decisions or {}, platform, erased)
         try:
             finder.start(folder)
         except Unreadable as error:
@@ -219,13 +222,14 @@ class _Finder:
         shelf: Shelf,
         decisions: Decisions,
         platform: str,
+        erased: Callable[[str], object],
     ) -> None:
         self.doubts: list[Doubt] = []
         self.read: set[str] = set()
         self.is_undecided = False
         self._roster, self._zone, self._shelf, self._decisions = roster, zone, shelf, decisions
         self._with_owner = {source for source, about in decisions if about.startswith(OWNER)}
-        self._given_platform, self._is_given_zip = platform, False
+        self._erased, self._given_platform, self._is_given_zip = erased, platform, False
         self._times = {caseless(name): in_utc(time, UTC) for name, time in times.items()}
         self._pieces: list[Piece] = []
         self._ignored: dict[tuple[Problem, ...], list[str]] = defaultdict(list)
@@ -418,6 +422,10 @@ class _Finder:
             pieces = self._split(whole, place)
         except Unreadable as error:
             pieces = [replace(whole, trouble=(error.problem,))]
+        if label and label.platform and archived is None and isinstance(place.content, Listing):
+            known = [self._time_of(Place(path, file), label) for path, file in place.content.files.items()]
+            when, clock = max((one for one in known if one[0]), default=(None, ""))  # the platform wrote them there
+            pieces = [replace(one, archived=when, clock=clock) if one.source == place.source else one for one in pieces]
         owner = self._roster.by_label(label) if label else owner
         for piece in pieces:
             by_name = owner or self._roster.by_name(piece.name, student_in(piece.course))
@@ -531,6 +539,7 @@ class _Finder:
         """
         if self.is_undecided:
             return []
+        self._pieces = [*owners.told_apart(self._pieces, self._roster)]
         owned = [replace(piece, owner=self._owner(piece)) for piece in self._pieces]
         self.read |= {piece.source for piece in owned} | {name for piece in owned for name in piece.owner.students}
         pieces = [self._with_time(piece) for piece in owned if piece.owner.students]
@@ -570,8 +579,12 @@ class _Finder:
             doubt = Doubt(piece.source, OWNER, assumed, why, instead, self._content(piece))
             decision = doubt.decided(self._decisions)
             decided = self._roster.known(decision) if decision else None
+            if not (owner.students or decision) and self._erased(instead):
+                return Owner((instead,), bench_of=instead)  # so that nobody is asked about them
             if owner.problems or unlisted or decided:
                 self.doubts.append(doubt)
+            if caseless(decision) == NOBODY and not decided:
+                return owners.nobody()
         if decided:
             return Owner((decided,), bench_of=decided, is_decided=True)
         if decision:

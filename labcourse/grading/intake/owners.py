@@ -14,7 +14,7 @@ from labcourse.grading.gradebook.roster import PARTICIPANT, by_key
 from labcourse.grading.intake import platforms
 from labcourse.grading.intake.archives import is_notebook
 from labcourse.grading.intake.platforms import Label, encodings, without_copy_number
-from labcourse.grading.submission import Owner
+from labcourse.grading.submission import Owner, Piece
 from labcourse.problems import Code, Problem
 from labcourse.student_id import caseless, letters, plain_letters
 
@@ -152,6 +152,29 @@ class Roster:
         ends = [place for place, letter in enumerate(start) if letter in "_- "]
         known = [name[:end] for end in ends if caseless(name[:end]) in self._records]
         return Label("", (known[-1],), file=name[len(known[-1]) + 1 :]) if known else None
+
+
+def told_apart(pieces: Sequence[Piece], roster: Roster) -> Iterator[Piece]:
+    """Yield pieces; of those that a platform named after one student, but with several numbers, ask about the others.
+
+    In one download, two numbers of one name are two persons, of whom the roster may know one.
+    """
+
+    def download(piece: Piece) -> tuple[object, ...]:
+        return piece.source.partition(piece.outer)[0], piece.owner.students
+
+    numbers = defaultdict[tuple[object, ...], set[str]](set)
+    for piece in pieces:
+        if piece.label and piece.label.number and piece.owner.students:
+            numbers[download(piece)].add(piece.label.number)
+    for piece in pieces:
+        several = numbers.get(download(piece), set[str]()) if piece.label and piece.label.number else set[str]()
+        if piece.label and len(several) > 1 and roster.lookup(piece.label.number) != {*piece.owner.students}:
+            student = piece.owner.students[0]
+            why = Problem.of(Code.NAME_WITH_OTHER_NUMBERS, student=student, numbers=sorted(several))
+            yield replace(piece, owner=nobody(why))
+        else:
+            yield piece
 
 
 def _owner(students: tuple[str, ...], attempt: int, is_certain: bool = False) -> Owner:

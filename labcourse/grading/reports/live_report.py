@@ -129,7 +129,7 @@ class Screen(ProgressReport):
             self._say(f"The marks of {len(more)} more changed: {program.name()} history shows them.")
         self._say(*self._lapsed)
         if self.absent:
-            self._say(f"Nothing handed in: {', '.join(self.absent)}")
+            self._say(f"Nothing handed in this term: {', '.join(self.absent)}")
         if kind is not None:
             self._say("What is graded is in the gradebook: the same command goes on from here.")
 

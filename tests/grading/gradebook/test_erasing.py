@@ -291,6 +291,14 @@ def test_a_file_of_a_partners_that_names_its_students_loses_the_person_alone(nam
     assert json.loads(erasure._without(file, "ann")) == after
 
 
+@pytest.mark.parametrize("name", ["Fatima Rahman", "Rahman, Fatima"])
+def test_a_name_is_found_with_the_family_name_at_either_end(name):
+    person = Person(StudentRecord("s06", name, aliases=("Rahman, Fatima Noor",)))
+    said = "As FATIMA RAHMAN (Rahman, Fatima; Fatima Noor Rahman) has it."
+    assert person.redacted(said) == "As [erased] ([erased]; [erased]) has it."
+    assert not person.is_named_in("Fatima, and Rahman")
+
+
 def test_names_are_found_as_whole_words_in_texts_and_in_files():
     person = Person(StudentRecord("ann", "Jürgen Ohm"))
     assert person.redacted("Ann planned it; ann_b and ANN's.") == "[erased] planned it; ann_b and [erased]'s."

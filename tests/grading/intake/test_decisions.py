@@ -95,6 +95,15 @@ def test_an_instructor_decides_owner_and_time(tmp_path):
     assert Problem.of(Code.DECIDED_OWNER_UNKNOWN, "cleo.zip", owner="nobody at all") in found.ignored
 
 
+def test_an_instructor_may_decide_that_something_counts_for_nobody(tmp_path):
+    lay(tmp_path, {"old.ipynb": notebook(A), "ada.zip": zipped(work("ada"))})
+    roster, row = [StudentRecord("ada")], ("old.ipynb", OWNER)
+    assert any("old.ipynb" in one.parameters["files"] for one in intake.find(tmp_path, roster).ignored)
+    found = intake.find(tmp_path, roster, decisions={row: "Nobody"})
+    assert [one.student for one in found.submissions] == ["ada"] and found.ignored == []
+    assert [one.submission for one in found.doubts if one.about == OWNER] == ["old.ipynb"]  # the decision stays
+
+
 def test_an_answer_that_is_shorter_than_the_text_that_it_replaces_is_an_answer(tmp_path):
     released = notebook(A, "x = None\n# Your code here.")
     masters = MASTERS | {A: {cell["id"]: cell for cell in json.loads(released)["cells"]}}

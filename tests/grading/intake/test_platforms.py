@@ -66,6 +66,22 @@ def test_two_of_one_name_are_distinguished_by_their_number_or_not_at_all(tmp_pat
     assert told.parameters["why"][0] == Problem.of(Code.SEVERAL_STUDENTS, students=["a1", "a2"])
 
 
+def test_two_numbers_of_one_name_in_a_download_are_two_persons_of_whom_the_roster_may_know_one(tmp_path):
+    roster = [StudentRecord("a1", "Ada Lovelace", aliases=("111",)), StudentRecord("b1", "Bob Bell")]
+    for week, numbers in (("week 1", (111, 222)), ("week 2", (333, 444)), ("week 3", (555,))):
+        for number in numbers:
+            lay(tmp_path / week, packings.moodle("Ada Lovelace", number, work(None)))
+        lay(tmp_path / week, packings.moodle("Bob Bell", 7, work(None)))
+    found = intake.find(tmp_path, roster)
+    taken = {one.student: sorted(piece.source for piece in one.pieces) for one in found.submissions}
+    assert [source[:24] for source in taken["a1"]] == ["week 1/Ada Lovelace_111_", "week 3/Ada Lovelace_555_"]
+    asked = {told.parameters["why"][0]: len(told.parameters["files"]) for told in found.ignored}
+    assert asked == {
+        Problem.of(Code.NAME_WITH_OTHER_NUMBERS, student="a1", numbers=["111", "222"]): 1,
+        Problem.of(Code.NAME_WITH_OTHER_NUMBERS, student="a1", numbers=["333", "444"]): 2,
+    }
+
+
 def test_a_number_that_is_somebody_elses_decides_nothing(tmp_path):
     """A student's number at the university may be another's at the platform."""
     roster = [StudentRecord("12345", "Bob Smith"), StudentRecord("777", "Ada Lovelace")]
@@ -172,6 +188,7 @@ SAVED, LAID = datetime(2026, 11, 21, 13, 5, 58, tzinfo=UTC), datetime(2026, 11, 
         ({"ada/work.zip": zipped(work(), SAVED)}, False),  # unpacked of another zip, maybe
         ({"class.zip": zipped({f"ada/{name}": data for name, data in work().items()}, SAVED)}, False),
         (packings.moodle("Ada King Lovelace", 1234567, work()), False),
+        ({"class.zip": zipped(packings.moodle("Ada King Lovelace", 1234567, work()), LAID)}, True),
         (packings.canvas("Ada King Lovelace", 1234567, work()), True),  # Canvas's own time of each file
     ],
 )
