@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib.util
 import io
 import os
@@ -32,6 +33,7 @@ class _Commands(typer.core.TyperGroup):
         for stream in (sys.stdout, sys.stderr):  # where Windows writes to a file, not every sign can be
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="replace")
+        gc.set_threshold(50_000, 20, 20)  # a class has a million small objects, and hardly a circle among them
         return super().main(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:

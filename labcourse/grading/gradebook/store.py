@@ -65,6 +65,7 @@ from labcourse.sentences import sentence
 from labcourse.student_id import caseless
 
 NO_LONGER = "The answer, or the points possible, changed: the mark that a person gave no longer holds."
+_ROWS = 1000  # that are in memory twice while they are read
 _IS_NOTEBOOK = Delivery.name.endswith(".ipynb", autoescape=True)
 _WEAK_CLOCKS = (None, "", DECIDED)  # another time replaces a time that is known so
 
@@ -694,8 +695,8 @@ def current_marks(session: Session, student_id: int) -> dict[Where, Mark]:
     return {mark.where: with_decision(mark, given) for _student, mark, given in made}
 
 
-def read_marks(session: Session, *which: Any) -> list[tuple[str, Mark, GivenMark | None]]:
-    """Return marks in order, each with its student's ID, and with the decision on it, even one that does not hold."""
+def read_marks(session: Session, *which: Any) -> Iterator[tuple[str, Mark, GivenMark | None]]:
+    """Yield marks in order, each with its student's ID, and with the decision on it, even one that does not hold."""
     made: Any = MarkRow
     given: Any = GivenMark
     same = and_(
@@ -705,7 +706,7 @@ def read_marks(session: Session, *which: Any) -> list[tuple[str, Mark, GivenMark
     columns = select(StudentRecord.student, MarkRow.mark, GivenMark).select_from(StudentRecord)
     statement = columns.join(RunRecord).join(MarkRow).outerjoin(GivenMark, same).where(*which)
     rows = session.execute(statement.order_by(StudentRecord.folded, MarkRow.position))
-    return [(student, mark, decision) for student, mark, decision in rows]
+    yield from ((student, mark, decision) for student, mark, decision in rows.yield_per(_ROWS))
 
 
 def with_decision(mark: Mark, decision: GivenMark | None) -> Mark:
