@@ -115,7 +115,7 @@ def _ask_for_student(folder: Path) -> str | None:
             return student_id.normalised(answer)
         except StudentIDError as error:
             typer.secho(no_escapes(str(error)), fg="red")
-    typer.echo("There is no student ID yet, and the bench is nobody's: give your ID by --student YOUR-ID.")
+    typer.echo("There is no student ID yet: give yours by --student YOUR-ID.")
     return None
 
 

@@ -140,15 +140,16 @@ class Session:
         """
         way = f'no ID yet: start {program.name()} lab --student YOUR-ID, or write your ID in student = "..."'
         student = self.student + (f" ({way})" if self.student == NOBODY else "")
+        word = self.catalogue.bench_word.capitalize()
         if not from_notebook.in_kernel():
-            print(f"Student   {student}", f"Bench     {bench}", *notes, sep="\n")
+            print(f"{'Student':<9} {student}", f"{word:<9} {bench}", *notes, sep="\n")
             return
         from IPython.display import display
 
         from labcourse.scene.course_bar import CourseBar
 
         self._place = here = place.here(self._folder, self.catalogue)
-        about = (f"Student {student} · Bench {bench}", *notes)
+        about = (f"Student {student} · {word} {bench}", *notes)
         report = [from_notebook.report_of(self.catalogue, here.name)]
         words = {"check": self._who(), "submit": self._who(), "make-report": report}
         labels = {"check": "Check", "submit": "Submit"} | ({"make-report": "Report"} if self.catalogue.reports else {})

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from labcourse.answers.parts import Part
 from labcourse.grading.marking.curves import Match, Trace, Wanted, best_match, find_matches, own_trace
-from labcourse.grading.marking.units import ANGLE, VOLTAGE
 from labcourse.grading.verdicts import Case, Verdict, for_a_person, partly, right, wrong
 
+from .quantities import ANGLE, VOLTAGE
 from .repeated import Again
 
 _THINNED_VOLTAGE_RTOL = 0.6  # of a curve that follows a voltage between few samples; one that is not it has 1 or more

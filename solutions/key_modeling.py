@@ -8,7 +8,6 @@ from labcourse.grading.marking import expression_checks
 from labcourse.grading.marking.checks import ForAPerson, Number, RecordingOf
 from labcourse.grading.marking.expression_checks import ExpressionIs, value_at
 from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
-from labcourse.grading.marking.units import ANGLE
 from labcourse.grading.verdicts import OwnBench
 from rotflex.hil.student_benches import FIRST_RUN
 from rotflex.simulation import zero_order_hold
@@ -20,6 +19,7 @@ from .figure_shows import FigureShows
 from .motion import MOTION, STATE, accelerations, euler_lagrange, link_acceleration, slope
 from .own_answers import usable
 from .own_model import from_own_function, own_voltage_model
+from .quantities import ANGLE, FREQUENCY
 from .reading_checks import K_S, OMEGA_N, NaturalFrequency, Stiffness, inertia_slips
 from .repeated import validated_again
 from .response_checks import ResponseOf
@@ -229,7 +229,7 @@ STIFFNESS = {
     },
     "2.10": {
         "spectrum": SpectrumFunction(rtol=tolerances.SPECTRUM),
-        "figure": FigureOfSpectrum(sweep, own=("2.9", "sweep"), channel="alpha", band=(1.0, 5.0)),
+        "figure": FigureOfSpectrum(sweep, own=("2.9", "sweep"), channel="alpha", frequency=FREQUENCY, band=(1.0, 5.0)),
     },
     "2.11": {
         # Many benches have their peak in the same bin: an equal omega_n says nothing by itself.

@@ -31,12 +31,13 @@ class Catalogue:
     outcomes : what the outcome codes stand for
     predictions : number of a question → what can be predicted of its experiment
     optional : names of the notebooks that a class has only if the course's settings name them
+    bench_word : what the course calls a student's bench in messages, as in "oven"
     whole : the catalogue that this one is reduced from; None if it is not reduced
 
     Attributes
     ----------
     warm_up, questions, tables, reports : number → question; a report's parts are the texts that it asks for
-    report_items, outcomes, predictions, optional : as given
+    report_items, outcomes, predictions, optional, bench_word : as given
     whole : the catalogue with all questions; this one, if it is not reduced
     everything : all that can be answered, by number
     judged : the reports as a whole, by number: a person judges them so; there is nothing to answer, and no cell
@@ -56,9 +57,10 @@ class Catalogue:
         outcomes: Mapping[str, str] | None = None,
         predictions: Mapping[str, tuple[Predictable, ...]] | None = None,
         optional: Iterable[str] = (),
+        bench_word: str = "bench",
         whole: Catalogue | None = None,
     ) -> None:
-        self.optional, self.whole = tuple(optional), whole or self
+        self.optional, self.bench_word, self.whole = tuple(optional), bench_word, whole or self
         self.warm_up = _by_number("warm_up", warm_up)
         self.questions = _by_number("questions", questions)
         self.tables = _by_number("tables", tables)
@@ -174,6 +176,7 @@ class Catalogue:
             outcomes=self.outcomes,
             predictions={number: self.predictions[number] for number in predicted},
             optional=self.optional,
+            bench_word=self.bench_word,
             whole=self.whole,
         )
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labcourse.answers import json_values
-from labcourse.answers.json_values import FormError, clean, rounded, thin
+from labcourse.answers.json_values import FormError, clean, rounded, show_number, thin
 from labcourse.patterns import pattern
 
 _MOST_IN_ALL, _FEWEST_POINTS = 4400, 60  # of all curves together, for which each is thinned out more; of each
@@ -269,11 +269,11 @@ def describe(axis: Mapping[str, Any], lines: Sequence[Mapping[str, Any]], low: f
     """
     curves = ", ".join(
         f"{readable(line['label']) or 'a curve without a label'} "
-        f"(from {float(np.min(line['y'])):.3g} to {float(np.max(line['y'])):.3g})"
+        f"(from {show_number(np.min(line['y']))} to {show_number(np.max(line['y']))})"
         for line in lines
     )
     x, y = (readable(axis[name]) or "an axis without a label" for name in ("xlabel", "ylabel"))
-    return f"Diagram of {y} against {x}, from {low:.3g} to {high:.3g}. Curves: {curves}."
+    return f"Diagram of {y} against {x}, from {show_number(low)} to {show_number(high)}. Curves: {curves}."
 
 
 def evenly_logarithmic(values: NDArray[np.float64]) -> bool:

@@ -77,8 +77,8 @@ def clean(text: str) -> str:
 
 
 def show_number(value: float) -> str:
-    """Write a number with 3 significant digits, for people."""
-    return f"{value:.3g}" if value else "0"
+    """Write a number with 3 significant digits, for people; below a million without an exponent: 1200, not 1.2e+03."""
+    return f"{float(f'{value:.3g}'):.6g}" if value else "0"
 
 
 # --- reading ---------------------------------------------------------------------------------------------------------

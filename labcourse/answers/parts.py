@@ -37,6 +37,11 @@ from labcourse.problems import Where
 class Probe:
     """Inputs for a function and the form of its outputs.
 
+    A function of several arguments takes another ``draw`` than one of :meth:`scalar`, for example of h and u::
+
+        flow = Probe.scalar("flow(h, u)", (0.1, 1.0), "q in m³/s")
+        flow = replace(flow, draw=lambda rng: [*map(tuple, rng.uniform((0.1, 0.0), (1.0, 5.0), (8, 2)).tolist())])
+
     Attributes
     ----------
     name : of the probe; with the seed, it fixes the inputs
@@ -134,7 +139,7 @@ class Usual:
     Attributes
     ----------
     largest : the range of the size of a matrix's largest entry, in ``unit``
-    unit : in which entries of a matrix are to be given
+    unit : in which entries of a matrix, or poles, are to be given
     digits : significant digits that at least one entry of a matrix has
     settings : (name, value) pairs of a recording's metadata
     """
@@ -294,9 +299,9 @@ def matrix(
     return Part(name, "matrix", points, prompt, outcome, shape=shape, usual=usual)
 
 
-def poles(name: str, count: int, outcome: str, prompt: str, points: float = 1) -> Part:
-    """Ask for a set of poles."""
-    return Part(name, "poles", points, prompt, outcome, count=count)
+def poles(name: str, count: int, outcome: str, prompt: str, points: float = 1, *, unit: str = "1/s") -> Part:
+    """Ask for a set of poles, or of other complex numbers, in a unit; "" is for none, as of poles in z."""
+    return Part(name, "poles", points, prompt, outcome, count=count, usual=Usual(unit=unit))
 
 
 def choice(name: str, choices: tuple[str, ...], outcome: str, prompt: str, points: float = 1) -> Part:

@@ -340,7 +340,7 @@ class RecordingAnswer(Model):
     def show(self, _part: Part) -> str:
         """Describe it, as in ": 15 s, 3 channels"."""
         channels = number_of(len(self.channels), "channel")
-        return f": {(self.n - 1) * self.sample_time:.3g} s, {channels}"
+        return f": {show_number((self.n - 1) * self.sample_time)} s, {channels}"
 
 
 def _check_shape(part: Part, rows: Sequence[Sequence[Any]]) -> None:

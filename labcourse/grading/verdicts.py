@@ -40,12 +40,14 @@ class Case:
     own : the student's other answers
     probe_seed : seed from which the inputs of functions were drawn
     truth_is_known : whether the truth of the bench is known, as that of a virtual bench is, and that of some real ones
+    bench_word : what the course calls a bench, in reasons
     """
 
     bench: Any
     own: OwnAnswers
     probe_seed: int
     truth_is_known: bool = True
+    bench_word: str = "bench"
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ def _symbol(part: Part) -> str:
 
 def _unit(part: Part) -> str:
     """Return the unit of a part; "" if it has none, or several."""
-    return part.unit or part.usual.unit or ("1/s" if part.kind == "poles" else "")
+    return part.unit or part.usual.unit
 
 
 def _formula(part: Part, content: Any) -> str:

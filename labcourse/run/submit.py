@@ -135,7 +135,7 @@ def owner(work: student_folder.StudentFolder, student: str = "") -> str:
     if name == NOBODY:
         raise CheckError(
             f"Whose work is this? Say {program.name()} submit --student YOUR-ID, with the ID that your instructor "
-            f"knows you by. (Your bench is made from it: {program.name()} lab --student YOUR-ID says it once for all.)"
+            f"knows you by. ({program.name()} lab --student YOUR-ID says it once for all.)"
         )
     return name
 

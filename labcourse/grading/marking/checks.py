@@ -360,20 +360,25 @@ class RecordingOf:
         wanted = expected.channels[self.channel].values
         difference = misfit(samples, wanted[thin(len(expected), samples.size)])
         if difference <= self.rtol:
-            return verdicts.right("Your bench gives the same when the experiment is run again.")
+            return verdicts.right(f"Your {case.bench_word} gives the same when the experiment is run again.")
         for (name, usual), slip in self.slips.items():
             if value["metadata"].get(name, usual) != usual:
                 return verdicts.wrong(slip)
         return verdicts.wrong(
-            "Not a recording of your bench: run again on your own bench as the notebook describes it, the "
+            f"Not a recording of your {case.bench_word}: run again as the notebook describes it, on your own, the "
             f"experiment gives another {self.channel}."
         )
+
+
+def of_unknown_bench(case: Case) -> Verdict:
+    """Return the verdict on what was measured where the truth is not known: a person has to look at it."""
+    return verdicts.for_a_person(f"It comes from no {case.bench_word} that is known here; a person will look at it.")
 
 
 def refused_recording(part: Part, value: dict[str, Any], case: Case) -> Verdict | None:
     """Return the verdict on a recording that must not be compared, or is of another experiment; None otherwise."""
     if not case.truth_is_known:
-        return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
+        return of_unknown_bench(case)
     for name, wanted in part.settings:
         if value["metadata"].get(name, wanted) != wanted:
             return verdicts.wrong(f"It is not the recording that is asked for: its {name} should be {wanted!r}.")
@@ -397,7 +402,7 @@ def claimed_run(metadata: Mapping[str, Any]) -> int:
     if isinstance(run, int) and not isinstance(run, bool) and _FIRST_RUN <= run <= MOST_RUNS:
         return run
     raise ValueError(
-        f"It says that it is run {repr(run)[:_LONGEST_SHOWN]} of the bench. Runs have whole numbers from "
+        f"It says that it is run {repr(run)[:_LONGEST_SHOWN]}. Runs have whole numbers from "
         f"{_FIRST_RUN} to {MOST_RUNS}: record it again with one of these."
     )
 

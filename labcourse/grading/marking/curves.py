@@ -28,7 +28,7 @@ _MOST_SAMPLES = 16384  # of a trace
 _FLAT = 1e-3  # of a channel's variance: a window with less is flat
 _REFINEMENT = np.linspace(-1, 1, 5)  # samples, about the best whole one
 _LIKELY_SWING = (0.1, 10.0)  # times the channel's swing: of a curve if its axis may have another unit than it says
-_SAMPLE_TIMES = (1e-6, 1.0)  # s
+_SAMPLE_TIMES = (1e-6, 86_400.0)  # s: a day
 _SAME_STRETCH = 0.02  # of both, by which their ends may differ
 
 

@@ -12,9 +12,9 @@ from labcourse.answers.forms import Sampled
 from labcourse.answers.parts import Part
 from labcourse.grading import verdicts
 from labcourse.grading.marking import curves
-from labcourse.grading.marking.checks import misfit
+from labcourse.grading.marking.checks import misfit, of_unknown_bench
 from labcourse.grading.marking.curves import HALF, Curve, Reading, Trace, Vector, Wanted
-from labcourse.grading.marking.units import FREQUENCY, Quantity
+from labcourse.grading.marking.units import Quantity
 from labcourse.grading.verdicts import Case, Verdict
 
 _SHORTEST = 0.5  # of the recording, over which a curve should follow
@@ -37,7 +37,7 @@ class _FigureOfChannel:
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
         """Judge a figure; leave it to a person if the truth of the bench is not known."""
         if not case.truth_is_known:
-            return verdicts.for_a_person("It does not come from a bench that is known here; a person will look at it.")
+            return of_unknown_bench(case)
         return self._judge(value, case)
 
     def _judge(self, figure: dict[str, Any], case: Case) -> Verdict:
@@ -54,7 +54,7 @@ class _FigureOfChannel:
         yield Trace(np.arange(values.size, dtype=np.float64) * expected.sample_time, values), verdicts.right, ""
         trace = curves.own_trace(case, self.own, self.channel, self.largest)
         if trace is not None:
-            note = " It is that of your own recording, which is not what your bench gives."
+            note = f" It is that of your own recording, which is not what your {case.bench_word} gives."
             yield trace, verdicts.follow_through, note
 
 
@@ -90,7 +90,7 @@ class FigureFollows(_FigureOfChannel):
             lacking = lacking or f" ({match.lacking})"
         return verdicts.wrong(
             f"No curve in the figure follows {self.channel} over half of the recording or more{lacking}. Plot "
-            "the recording of your bench against its time."
+            f"the recording of your {case.bench_word} against its time."
         )
 
 
@@ -105,12 +105,14 @@ class FigureOfSpectrum(_FigureOfChannel):
     recording : of the student's own bench
     own : (question, part) of the student's own recording; its spectrum may be plotted as well
     channel : name of the channel
+    frequency : the units of the horizontal axis, 1 Hz being the SI unit
     band : Hz, in which the peak is sought
     peak_rtol : tolerance of where the peak is, relative
     rtol : largest misfit in shape (:func:`.checks.misfit`), to any scale
     largest : in the channel's SI unit; what is larger in the student's own recording is from no bench
     """
 
+    frequency: Quantity
     band: tuple[float, float]
     peak_rtol: float = 0.05
     rtol: float = 0.15
@@ -148,7 +150,7 @@ class FigureOfSpectrum(_FigureOfChannel):
         if peak is None:
             return
         for curve in curves.curves_of(figure, _FEWEST_POINTS):
-            for reading in curves.readings(curve.axis["xlabel"], FREQUENCY, "horizontal"):
+            for reading in curves.readings(curve.axis["xlabel"], self.frequency, "horizontal"):
                 f = reading.unit.size * curve.x
                 for amplitude, in_decibels in _amplitudes(curve):
                     if f.min() <= peak <= f.max() and self._is_spectrum(f, amplitude, spectrum, peak):

@@ -102,7 +102,8 @@ def case_of(course: Course, claims: Claims, bench: Any, probe_seed: int) -> Case
     case raises KeyError for a missing answer.
     """
     truth_is_known = course.knows_bench(course.parameters) and getattr(bench, "is_known", True)
-    return Case(bench, lambda question, part: claims.values[question, part], probe_seed, truth_is_known)
+    word = course.catalogue.bench_word
+    return Case(bench, lambda question, part: claims.values[question, part], probe_seed, truth_is_known, word)
 
 
 def mark_part(course: Course, question: Question, part: Part, claims: Claims, case: Case) -> Mark:

@@ -5,14 +5,11 @@ Symbols take the letters of prefixes (ms), names take their words (milliseconds)
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 from labcourse.answers.figures import normalized, unit_places
 from labcourse.patterns import pattern
-
-DEG = math.pi / 180  # rad per degree
 
 
 @dataclass(frozen=True)
@@ -66,25 +63,14 @@ def quantity(symbol: str, symbols: str = "", names: str = "") -> Quantity:
     return Quantity((Unit(symbol, 1.0, f"{symbol.lower()} {symbols}", names),), (Unit(symbol, 1.0),))
 
 
-_SECOND = Unit("s", 1.0, "s sec secs", "second seconds", prefixed=True)
-_MINUTE = Unit("min", 60.0, "min mins", "minute minutes")
-_RADIAN = Unit("rad", 1.0, "rad rads", "radian radians", prefixed=True)
-_DEGREE = Unit("deg", DEG, "° deg degs", "degree degrees")
-TURN = Unit("rev", 2 * math.pi, "rev revs", "turn turns revolution revolutions")
-_VOLT = Unit("V", 1.0, "v", "volt volts", prefixed=True)
-_HERTZ = Unit("Hz", 1.0, "hz", "hertz", prefixed=True)
-
-TIME = Quantity((_SECOND, _MINUTE), (Unit("s", 1.0), Unit("ms", 1e-3), Unit("min", 60.0), Unit("μs", 1e-6)))
-ANGLE = Quantity((_DEGREE, _RADIAN, TURN), (Unit("deg", DEG), Unit("rad", 1.0), Unit("mrad", 1e-3)))
-VOLTAGE = Quantity((_VOLT,), (Unit("V", 1.0), Unit("mV", 1e-3)))
-FREQUENCY = Quantity(
-    (_HERTZ,),
-    (Unit("Hz", 1.0), Unit("rad/s", 0.5 / math.pi), Unit("kHz", 1e3)),
-    per_time=(
-        Unit("1", 1.0, "1", "cycles periods"),
-        *(replace(unit, size=unit.size / TURN.size) for unit in (_RADIAN, _DEGREE, TURN)),
-    ),
+_UNITS_OF_TIME = (
+    Unit("s", 1.0, "s sec secs", "second seconds", prefixed=True),
+    Unit("min", 60.0, "min mins", "minute minutes"),
+    Unit("h", 3600.0, "h hr hrs", "hour hours"),
+    Unit("d", 86_400.0, "d", "day days"),
 )
+#: That a recording is drawn over: its sample time is in s, whatever the plant.
+TIME = Quantity(_UNITS_OF_TIME, (*_UNITS_OF_TIME, Unit("ms", 1e-3), Unit("μs", 1e-6)))
 
 #: Size → letters before symbols, of which the first is shown, and the word before names.
 PREFIXES = {1e-3: ("m", "milli"), 1e-6: ("μ u", "micro"), 1e3: ("k", "kilo")}

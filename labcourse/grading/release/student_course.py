@@ -50,12 +50,12 @@ raise ImportError(
 )
 """
 
-_SAME_BENCH = "Everybody in the course has the same virtual bench."
+_SAME_BENCH = "Everybody in the course has the same virtual {word}."
 _BENCH_TEXT = {
-    OWN: "Your own virtual bench is made from it.",
+    OWN: "Your own virtual {word} is made from it.",
     SAME: _SAME_BENCH,
     PRESET: _SAME_BENCH,
-    REAL: "You are marked by what you record at the laboratory's own bench: the folder `recordings` is handed in, too.",
+    REAL: "You are marked by what you record at the laboratory's own {word}: the folder `recordings` is handed in.",
 }
 
 
@@ -149,11 +149,13 @@ def build(course: Course, folder: Path, with_data: bool = False) -> tuple[str, .
         if not course.data.is_dir():
             raise GradingError(f"There is no data to hand out: {course.data} is missing.")
         shutil.copytree(course.data, folder / DATA, ignore=shutil.ignore_patterns(*_UNCOPIED))
+    word = course.catalogue.bench_word
     readme = _README.read_text(encoding="utf-8").format(
         title=course.title,
         python=_python(),
         first=Path(next(iter(texts))).stem,
-        bench=_BENCH_TEXT[course.settings.bench.which],
+        bench=_BENCH_TEXT[course.settings.bench.which].format(word=word),
+        word=word,
         command=course.command,
     )
     files.write(folder / "README.md", readme)

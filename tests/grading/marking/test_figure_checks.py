@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 
 from labcourse.answers import forms
 from labcourse.grading.marking.figure_checks import FigureFollows, FigureOfSpectrum
-from labcourse.grading.marking.units import ANGLE
 from labcourse.grading.marks import Status
 from labcourse.grading.verdicts import Case
 from rotflex.course.questions import CATALOGUE
 from rotflex.recording import Recording
 from solutions.key import KEY
+from solutions.quantities import ANGLE, FREQUENCY
 from solutions.true_bench import TrueBench
 
 PLOT, SPECTRUM = (CATALOGUE.find(number).part("figure") for number in ("2.9", "2.10"))
@@ -265,7 +265,7 @@ def peaked(place, width=0.3, spacing=0.004):
 
 
 def shows_spectrum(figure, recording):
-    return judged(FigureOfSpectrum(lambda bench: recording, OWN, "alpha", band=(1.0, 5.0)), SPECTRUM, figure)
+    return judged(FigureOfSpectrum(lambda bench: recording, OWN, "alpha", FREQUENCY, band=(1.0, 5.0)), SPECTRUM, figure)
 
 
 @pytest.mark.parametrize(

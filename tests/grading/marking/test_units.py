@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from labcourse.grading.marking.units import ANGLE, FREQUENCY, TIME, VOLTAGE, units_in_label
+from labcourse.grading.marking.units import TIME, units_in_label
+from solutions.quantities import ANGLE, FREQUENCY, VOLTAGE
 
 DEG, RATE = math.pi / 180, 1 / (2 * math.pi)
 
@@ -22,6 +23,8 @@ def sizes(label, quantity):
         (TIME, r"$t$ (\si{\milli\second})", 1e-3),
         (TIME, "time_ms", 1e-3),
         (TIME, "time in milliseconds", 1e-3),
+        (TIME, "t (h)", 3600),
+        (TIME, "t / d", 86_400),
         (TIME, "时间（s）", 1),
         (ANGLE, "α (°)", DEG),
         (ANGLE, r"$\alpha$ [$^\circ$]", DEG),

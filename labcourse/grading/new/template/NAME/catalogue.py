@@ -74,6 +74,7 @@ CATALOGUE = Catalogue(
     tables=[TABLE],
     reports={"Report": ("2", REPORT, "Report on the oven")},
     report_items=ROWS,
+    bench_word="oven",
     outcomes={"measures": "measures with care", "models": "finds a model, and its limits"},
     predictions={
         "1.1": (

@@ -50,7 +50,9 @@ if lab.given("1.1", run):
 # Give the temperature at the time `t` after a step of `u` volts, as an expression `rise` in `k`, `tau`, `u` and `t`.
 
 # %% answer 1.3
-rise = sympy.sympify("k * u * (1 - exp(-t / tau))")
+# To sympy, names such as Q, S and I mean something else unless it is given symbols for them.
+symbols = {symbol.name: symbol for symbol in sympy.symbols("k tau u t")}
+rise = sympy.sympify("k * u * (1 - exp(-t / tau))", symbols)
 
 # %% [markdown]
 # ## 1.4 A model
