@@ -225,6 +225,8 @@ def choose(given: Path | None) -> tuple[Path, list[str]]:
             return folder, [inside] if folder != given else []
     if course_file.courses_of(given / NOTEBOOKS):
         return given / NOTEBOOKS, [f"The course in {given / NOTEBOOKS} is opened."]
+    if not os.environ.get(courses.COURSE_VARIABLE) and (beside := course_file.around(Path())):
+        commands.use_course_of(beside)  # several may be installed: the new folder is of the course in which it is begun
     last = remembered()
     if last is not None and last != given.resolve():
         return given, [f"A new course is begun in {given}. The last one is in {last}."]

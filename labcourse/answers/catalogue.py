@@ -73,7 +73,8 @@ class Catalogue:
             self._add_report(number, about)
         self.outcomes = dict(outcomes or {})
         self.predictions = dict(predictions or {})
-        self.everything = self.warm_up | self.questions | self.tables | self.reports
+        groups = (self.warm_up, self.questions, self.tables, self.reports)
+        self.everything = _by_number("the catalogue", (question for group in groups for question in group.values()))
         self.marked = self.everything | self.judged
         self.notebooks = tuple(sorted({question.notebook for question in self.everything.values()}))
 
@@ -203,10 +204,22 @@ def _of_parts(number: str, section: str, notebook: str, title: str, parts: list[
 
 
 def _by_number(what: str, given: Iterable[Question]) -> dict[str, Question]:
-    """Return questions by number. Raises TypeError if an entry is something else, as a tuple by a comma too many."""
-    questions = {}
+    """Return questions by number.
+
+    Raises
+    ------
+    TypeError
+        If an entry is something else, as a tuple by a comma too many.
+    ValueError
+        If two questions have the same number, or two parts of one the same name.
+    """
+    questions: dict[str, Question] = {}
     for place, question in enumerate(given, start=1):
         if not isinstance(question, Question):
             raise TypeError(f"entry {place} of {what} is a {type(question).__name__}, not a Question")
+        if question.number in questions:
+            raise ValueError(f"question {question.number} is in {what} twice: give one of the two another number")
+        if twice := [name for name in dict.fromkeys(question.names) if question.names.count(name) > 1]:
+            raise ValueError(f"question {question.number} has two parts {twice[0]!r}: give one of them another name")
         questions[question.number] = question
     return questions

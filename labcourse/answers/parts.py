@@ -20,6 +20,7 @@ The kinds, and what an answer of each looks like to a student:
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -197,6 +198,14 @@ class Part:
     read: Callable[[Any], Any] = lambda given: given
     usual: Usual = Usual()
     shows: Where | None = None
+
+    def __post_init__(self) -> None:
+        """Check what is easily mistyped. Raises TypeError if the points are no number, or the choices are one text."""
+        is_number = isinstance(self.points, int | float) and not isinstance(self.points, bool)
+        if not (is_number and 0 <= self.points < math.inf):
+            raise TypeError(f"{self.name}: points should be a number, 0 or more, without quotes; it is {self.points!r}")
+        if isinstance(self.choices, str):
+            raise TypeError(f'{self.name}: choices should be several texts, as ("yes", "no"); it is {self.choices!r}')
 
     @property
     def rows_and_columns(self) -> tuple[int, ...]:

@@ -313,7 +313,8 @@ def _stop_reason(cell: RunCell) -> str:
     error = cell.report.error if cell.report else None
     if error is None:
         return "the Python process ended in it."
-    hint = " Preset it before the solution, as NAME = None." if error.type == "NameError" else ""
+    name = error.message.split("'")[1] if error.type == "NameError" and "'" in error.message else ""
+    hint = f" Preset it: begin the answer cell with {name} = None, before the solution." if name else ""
     return f"{error.type}{f', line {error.line}' if error.line else ''}: {error.message}{hint}"
 
 

@@ -21,10 +21,17 @@ SOLVED = "### BEGIN SOLUTION\nk = lab.bench().k\n### END SOLUTION"
 IN_K = f"{NOTEBOOK}, cell 'q1-2'"
 
 
+def forget():
+    """Let the students' package be imported anew, from another folder."""
+    for name in [name for name in sys.modules if name.partition(".")[0] == "springlab"]:
+        del sys.modules[name]
+
+
 @pytest.fixture
 def spoilt(tmp_path, monkeypatch):
     """Make a copy of the course with other sources in some cells of its notebook."""
     shutil.copytree(SPRING, tmp_path / "spring", ignore=shutil.ignore_patterns("notebooks", "__pycache__"))
+    forget()
     monkeypatch.syspath_prepend(str(tmp_path / "spring"))
     importlib.invalidate_caches()
     student_course.write_notebooks(courses.load(tmp_path / "spring" / "solutions"))
@@ -52,7 +59,7 @@ def found(course, run=True):
     [
         ("k = # N/m", IN_K, "SyntaxError"),
         ("def k(\n    # to be written", IN_K, "SyntaxError"),
-        ("", f"{NOTEBOOK}, cell 'q1-2-answer'", "Preset it"),
+        ("", f"{NOTEBOOK}, cell 'q1-2-answer'", "with k = None"),
         ("k = lab.value('1.1', 'run')", "", ""),  # it needs an answer, which everybody has to give first
     ],
 )
@@ -95,13 +102,26 @@ def test_a_check_without_kinds_is_refused(spoilt, kinds):
         courses.load(course.folder.with_name("again"))
 
 
-def test_a_comma_too_many_in_the_catalogue_is_named_with_its_place(spoilt):
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("    ],\n    outcomes", '        ("1.5",),\n    ],\n    outcomes', "entry 5 of questions is a tuple"),
+        ('Question("1.4"', 'Question("1.2"', r"question 1\.2 is in questions twice"),
+        ('Question("1.4"', 'Question("Report"', r"question Report is in the catalogue twice"),
+        ('number("omega"', 'number("formula"', r"question 1\.3 has two parts 'formula'"),
+        ("points=2", 'points="2"', "k: points should be a number.* '2'"),
+        ("points=2", "points=-2", "k: points should be a number.* -2"),
+    ],
+)
+def test_a_slip_in_the_catalogue_is_named_with_its_place(spoilt, before, after, said):
     course = spoilt()
     path = course.folder.parent / "springlab" / "catalogue.py"
     source = path.read_text(encoding="utf-8")
-    path.write_text(source.replace("    ],\n    outcomes", '        ("1.5",),\n    ],\n    outcomes'))
-    for name in [name for name in sys.modules if name.partition(".")[0] == "springlab"]:
-        del sys.modules[name]
+    assert before in source
+    report = '    ],\n    reports={"Report": ("1", "01_spring", "On the spring")},\n    outcomes'
+    source = source.replace(before, after)
+    path.write_text(source.replace("    ],\n    outcomes", report) if "Report" in after else source, encoding="utf-8")
+    forget()
     shutil.copytree(course.folder, course.folder.with_name("again"))
-    with pytest.raises(GradingError, match=r"entry 5 of questions is a tuple.*catalogue\.py, line \d+"):
+    with pytest.raises(GradingError, match=said + r".*catalogue\.py, line \d+"):
         courses.load(course.folder.with_name("again"))

@@ -146,6 +146,13 @@ def test_where_two_fit_an_old_file_the_command_asks_once_and_writes_it_down(desk
     assert "a folder of the course" not in say("tanks", "lab").output
 
 
+def test_a_folder_begun_beside_the_notebooks_of_a_release_is_of_its_course(desk):
+    lay(desk / "notebooks", NOTEBOOKS["tanks"], course="tanks", release="tanks-1")
+    done = say("labcourse", "lab work --student ada")
+    assert done.exit_code == 0, done.output
+    assert opened == [(desk / "work").resolve()] and stems_in(desk / "work") == {*NOTEBOOKS["tanks"]}
+
+
 def test_the_option_answers_where_two_fit(desk, monkeypatch):
     monkeypatch.chdir(lay(desk / "work", ["00_start"], draw=1))
     assert say("labcourse --course springs", "lab").exit_code == 0

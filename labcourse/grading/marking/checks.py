@@ -311,8 +311,17 @@ class ChoiceIs:
     kinds = ("choice",)
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare a choice with the right one, then with the one that own answers make right."""
-        if value == (self.expected(case.bench) if callable(self.expected) else self.expected):
+        """Compare a choice with the right one, then with the one that own answers make right.
+
+        Raises
+        ------
+        TypeError
+            If the right one is none of the choices, as "Yes" is not where "yes" is one.
+        """
+        expected = self.expected(case.bench) if callable(self.expected) else self.expected
+        if expected not in part.choices:
+            raise TypeError(f"the key expects {expected!r}, and the choices are {', '.join(map(repr, part.choices))}")
+        if value == expected:
             return verdicts.right(self.reason)
         if self.follow is not None:
             try:

@@ -6,7 +6,7 @@ import signal
 import numpy as np
 import pytest
 
-from labcourse.answers.parts import Part, number, recording
+from labcourse.answers.parts import Part, choice, number, recording
 from labcourse.grading.marking import checks, decoding
 from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit, wrong_answer
 from labcourse.grading.marks import Status
@@ -14,6 +14,7 @@ from labcourse.grading.verdicts import Case
 from rotflex.recording import Channel, Recording
 
 X = number("x", "", None, "", "A number.")
+ABC = choice("letter", ("a", "b", "c"), "", "A letter.")
 RIGHT, FOLLOW, WRONG = Status.RIGHT, Status.FOLLOW_THROUGH, Status.WRONG
 
 
@@ -72,7 +73,13 @@ def test_a_slip_is_named_up_to_the_tolerance_of_what_it_leads_to(share, named):
 
 @pytest.mark.parametrize(("given", "follows", "status"), [("a", "b", RIGHT), ("b", "b", FOLLOW), ("c", "b", WRONG)])
 def test_a_choice_is_right_or_follows_or_is_wrong(given, follows, status):
-    assert ChoiceIs("a", "so", lambda own, bench: follows, "yours").verdict(X, given, case()).status is status
+    assert ChoiceIs("a", "so", lambda own, bench: follows, "yours").verdict(ABC, given, case()).status is status
+
+
+@pytest.mark.parametrize("expected", ["A", lambda bench: "A"], ids=["a text", "of the bench"])
+def test_a_right_choice_that_nobody_can_choose_is_a_fault_of_the_key(expected):
+    with pytest.raises(TypeError, match="expects 'A', and the choices are 'a', 'b', 'c'"):
+        ChoiceIs(expected, "so").verdict(ABC, "a", case())
 
 
 @pytest.mark.parametrize("error", checks.EVALUATION_ERRORS)
@@ -80,7 +87,7 @@ def test_a_choice_of_which_nothing_follows_is_wrong(error):
     def follow(own, bench):
         raise error("nothing")
 
-    assert ChoiceIs("a", "so", follow).verdict(X, "b", case()).status is WRONG
+    assert ChoiceIs("a", "so", follow).verdict(ABC, "b", case()).status is WRONG
 
 
 TIME = 0.01 * np.arange(300)
