@@ -353,6 +353,7 @@ CARRIED = (with_L, with_Phi, with_alpha, with_gain)
 
 
 @pytest.mark.parametrize("slip", CARRIED)
+@pytest.mark.scheduled
 def test_what_follows_from_a_slip_has_full_marks(slip):
     student = Student(SOFT, BENCHES[SOFT], BENCHES[SOFT].K_s)
     own, after = slip(student)
