@@ -27,7 +27,7 @@ def assigned(source: str) -> set[str]:
     return {name.id for name in names if isinstance(name.ctx, ast.Store)}
 
 
-@pytest.mark.slow
+@pytest.mark.scheduled
 def test_every_short_name_that_no_question_asks_for_is_the_students(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv(RUNNING, "check")
