@@ -142,11 +142,10 @@ class Batch:
         self._settings = settings = settings or Settings()
         self._key_digest, self._secret = marking_digest(course), gradebook.secret()
         roster = [student for student in gradebook.students() if student.enrolled]
-        named = partial(students_named_before, gradebook)
+        named, erased = partial(students_named_before, gradebook), partial(erased_in, gradebook, settings.again)
         find = partial(intake.find, zone=settings.zone, decisions=settings.decisions, platform=settings.platform)
-        find = partial(find, erased=lambda student: gradebook.persons.erased([student]))
         if isinstance(submissions, Path):
-            collected = find(submissions, roster, settings.times, earlier=named)
+            collected = find(submissions, roster, settings.times, earlier=named, erased=erased)
         else:
             collected = intake.ClassFolder([Submission(student=student) for student in submissions], [])
         # A declined partner who handed in nothing and has no marks is left out.
@@ -155,7 +154,7 @@ class Batch:
             for one in collected.submissions
             if one.pieces or one.unconfirmed or not isinstance(submissions, Path) or gradebook.current(one.student)
         ]
-        taken, erased = leave_out_erased(gradebook, found, settings.again)
+        taken, left_out = leave_out_erased(gradebook, found, settings.again)
         taken += [*take_from_earlier_owners(gradebook, taken), *no_longer_named(gradebook, taken)]
         again = [] if not isinstance(submissions, Path) else outdated(gradebook, course, taken)
         self._as_stored = {one.student for one in again} if isinstance(submissions, Path) else {*submissions}
@@ -175,7 +174,7 @@ class Batch:
         self._released: dict[str, str] = {}  # digest of a course.json → name of the release
         self._possible = counting.possible(course)
         self._running = defaultdict[str, threading.Lock](threading.Lock)
-        self.ignored: list[Reason] = [*collected.ignored, *erased, *self._bundles.problems]
+        self.ignored: list[Reason] = [*collected.ignored, *left_out, *self._bundles.problems]
         time_matters = course.settings.dues and course.settings.late.per_day
         self.doubts = [one for one in collected.doubts if one.about != TIME_RECEIVED or (time_matters and one.assumed)]
         self._undated = {one.submission: one for one in collected.doubts if time_matters and one.about == TIME_RECEIVED}
@@ -228,10 +227,12 @@ class Batch:
         submission.before = current = self._gradebook.current(submission.student)
         try:
             marked = current if current and current.key_digest == self._key_digest else None  # by the key as it is
-            if marked and not submission.prepared_from and not self._undated.keys() & submission.sources:
+            has_row = self._undated.keys() & submission.sources  # of intake.csv, which reading writes
+            was_read = marked and not any(map(_is_of_reading, marked.run.problems))  # what was not may be by now
+            if marked and was_read and not has_row and not submission.prepared_from:
                 found = self._prepared_from(submission, intake.found_digest(submission))
                 if marked.run.prepared_from == found:
-                    return _unchanged(submission, marked)  # and it has no row of intake.csv, which reading would write
+                    return _unchanged(submission, marked)
             if not submission.prepared_from:
                 self._receive(submission)
             if marked and marked.run.prepared_from == submission.prepared_from:
@@ -776,6 +777,12 @@ def outdated(gradebook: Gradebook, course: Course, submissions: Sequence[Submiss
     ]
 
 
+def erased_in(gradebook: Gradebook, again: Sequence[str], *students: str) -> dict[str, str]:
+    """Return student → the date on which they were erased; without those who are taken in again, as new persons."""
+    anew, erased = {*map(caseless, again)}, gradebook.persons.erased(students).items()
+    return {student: f"{when:%Y-%m-%d}" for student, when in erased if caseless(student) not in anew}
+
+
 def leave_out_erased(
     gradebook: Gradebook, submissions: Sequence[Submission], again: Sequence[str]
 ) -> tuple[list[Submission], list[Problem]]:
@@ -793,12 +800,7 @@ def leave_out_erased(
         the other submissions; and a problem for each submission of an erased person, or on an erased person's bench
     """
     named = {each.student for each in submissions} | {each.bench_of for each in submissions if each.bench_of}
-    anew = set(map(caseless, again))
-    erased = {
-        student: f"{when:%Y-%m-%d}"
-        for student, when in gradebook.persons.erased(sorted(named)).items()
-        if caseless(student) not in anew
-    }
+    erased = erased_in(gradebook, again, *sorted(named))
     taken, problems = [], []
     for submission in submissions:
         student, partner = submission.student, submission.bench_of

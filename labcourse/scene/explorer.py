@@ -46,7 +46,7 @@ class KernelLoop:
         return self._loop if self._loop is not None and self._loop.is_running() else None
 
     def later(self, call: Callable[..., None], *values: Any) -> None:
-        """Call a function where events are received, from whichever thread: a page is told things by one alone."""
+        """Call a function in the thread that receives events, from any thread: only that one may change a page."""
         if self.loop is not None:
             self.loop.call_soon_threadsafe(call, *values)
         else:

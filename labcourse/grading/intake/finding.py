@@ -596,14 +596,7 @@ class _Finder:
     def _content(self, piece: Piece) -> str:
         """Return a name for what a piece holds; for one that cannot be opened, a name for when it was received."""
         self._shelf.begin_student()
-        contents = [f"{piece.archived}".encode()] if not piece.files else []
-        for path, file in sorted(piece.files.items()):
-            try:
-                content = self._shelf.read(file, archives.MAX_SUBMISSION)
-            except Unreadable:
-                content = f"{file.size}".encode()
-            contents += [path.encode(), content]
-        return content_name(contents)
+        return content_name(self._shelf.held(piece.files) if piece.files else [f"{piece.archived}".encode()])
 
     def _with_time(self, piece: Piece) -> Piece:
         """Return a piece with its time of receipt; add a row for the instructor if only files say it, or it is decided.

@@ -157,7 +157,7 @@ class Roster:
 def told_apart(pieces: Sequence[Piece], roster: Roster) -> Iterator[Piece]:
     """Yield pieces; of those that a platform named after one student, but with several numbers, ask about the others.
 
-    In one download, two numbers of one name are two persons, of whom the roster may know one.
+    In one download, one name with two numbers stands for two persons. The roster may know only one of them.
     """
 
     def download(piece: Piece) -> tuple[object, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import PurePosixPath
@@ -77,17 +77,16 @@ def found_digest(submission: Submission) -> str:
 
     Files in an archive are not opened: its table of contents has their checksums.
     """
-    digest = hashlib.sha256(repr([submission.problems, submission.notes]).encode())
-    with Shelf() as shelf:
+
+    def parts() -> Iterator[bytes]:
+        yield repr([submission.problems, submission.notes]).encode()
         for piece in (*submission.pieces, *submission.unconfirmed):
-            digest.update(repr(replace(piece, files={})).encode())
-            for path, file in sorted(piece.files.items()):
-                try:
-                    content: object = file.checksum or shelf.read(file, archives.MAX_SUBMISSION)
-                except Unreadable as error:
-                    content = error.problem
-                digest.update(repr((path, file.size, file.modified, content)).encode())
-    return digest.hexdigest()
+            saved = sorted((path, file.modified) for path, file in piece.files.items())
+            yield repr([replace(piece, files={}), saved]).encode()
+            yield from shelf.held(piece.files)
+
+    with Shelf() as shelf:
+        return content_name(parts())
 
 
 def unread_problems(submission: Submission, earlier: Collection[str] = ()) -> list[Problem]:

@@ -182,9 +182,8 @@ class Reports(AbstractContextManager["Reports"]):
         shown = replace(result.given_back(self.course, back), changes=moved)
         folder = self.out / about.student
         marks, page, made_of = folder / MARKS_FILE, folder / FEEDBACK_FILE, content_digest([self._basis, shown])
-        before = files.object_in(marks.read_bytes()).get("page") if marks.is_file() and page.is_file() else None
-        content = page.read_bytes() if before and before[0] == made_of else b""
-        if before != [made_of, digest(content)]:  # else it would be written as it is
+        content = _content_of(page)
+        if files.object_in(_content_of(marks)).get("page") != [made_of, digest(content)]:  # else it is as it would be
             content = feedback.page(shown, self.course).encode()
             self._write(page, content)
         about_page = {"page": [made_of, digest(content)]}
@@ -209,6 +208,14 @@ class Reports(AbstractContextManager["Reports"]):
                 files.write(path, content)
         except OSError as error:
             self._failures[path] = error
+
+
+def _content_of(path: Path) -> bytes:
+    """Return what a file holds; nothing if it is not there or cannot be read, so that it is written anew."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""
 
 
 def _not_written(failures: dict[Path, OSError]) -> GradingError:

@@ -66,7 +66,7 @@ def write(path: Path, doubts: Iterable[Doubt], earlier: dict[Doubt, str], read_n
     decisions = {key: decision for key, (_doubt, decision) in rows.items()}
     for doubt in doubts:
         if (decision := doubt.decided(decisions)) and doubt.key not in decisions:
-            rows.pop((doubt.submission, doubt.about))  # it left the content open, and holds for this from now on
+            rows.pop((doubt.submission, doubt.about), None)  # it left the content open; now it holds for this alone
         rows[doubt.key] = (doubt, decision)
     if not rows:
         path.unlink(missing_ok=True)
