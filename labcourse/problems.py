@@ -227,6 +227,7 @@ class Code(StrEnum):
     KEY_FAILED = auto()
     MALFORMED = auto()
     NOT_COMPARED = auto()
+    FOLLOWS_FROM_ABSURD = auto()
     KEY_HAS_FAULT = auto()
     SUPPLIED = auto()
     PARTNER_NOT_CONFIRMED = auto()

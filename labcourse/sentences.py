@@ -440,6 +440,7 @@ _SENTENCES: Mapping[Code, str | Callable[[Problem], str]] = {
     Code.KEY_FAILED: "{question}, {part} is not marked: the key failed. {error}",
     Code.MALFORMED: "Malformed: {error}",
     Code.NOT_COMPARED: "It could not be compared ({error}); a person will look at it.",
+    Code.FOLLOWS_FROM_ABSURD: "{reason} As {own} is far from anything plausible, a person will look at it.",
     Code.KEY_HAS_FAULT: "The key that it is marked by has a fault; it will be marked when that is mended.",
     Code.SUPPLIED: _with(
         _if("why", "{why} "),

@@ -10,7 +10,7 @@ import dataclasses
 import json
 import shutil
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from datetime import UTC, tzinfo
@@ -30,6 +30,7 @@ from labcourse.sentences import sentences
 from labcourse.student_id import GRADEBOOK_FILE, GRADES_FILE, INTAKE_FILE
 
 if TYPE_CHECKING:
+    from labcourse.grading.course_check import CourseFault
     from labcourse.grading.gradebook import Erased, Gradebook
 
 ALL_WELL, SOME_TROUBLE, NO_ISOLATION = 0, 1, 3  #: exit codes; 2 is for any error that stops the command
@@ -146,9 +147,30 @@ def check_course(solutions: SolutionsOption = None, run: RunOption = True) -> No
     """
     from labcourse.grading.course_check import check
 
-    course, faults = courses.find(solutions), 0
-    for fault in check(course, run):
-        faults += 1
+    course = courses.find(solutions)
+    _say_faults(course, check(course, run))
+
+
+@app.command(rich_help_panel=_COURSE)
+def rehearse(
+    solutions: SolutionsOption = None,
+    benches: Annotated[int, Option(min=1, help="Number of made-up students, each with their own bench.")] = 20,
+) -> None:
+    """Find what would go wrong in a class: install the release anew, and mark answers on many benches.
+
+    It begins with check-course, and takes some minutes. Exit code: 0 no problems, 1 some problems.
+    """
+    from labcourse.grading.rehearse import rehearse as rehearsed
+
+    course = courses.find(solutions)
+    _say_faults(course, rehearsed(course, benches, lambda what: typer.echo(f"… {what}", err=True)))
+
+
+def _say_faults(course: courses.Course, found: Iterable[CourseFault]) -> None:
+    """Print faults of a course as they come, and how many; raise Exit if there are any besides notes."""
+    faults = 0
+    for fault in found:
+        faults += not fault.is_note
         say(str(fault))
     if faults:
         typer.echo(f"{faults} found.")

@@ -12,6 +12,7 @@ import hashlib
 import importlib
 import importlib.util
 import json
+import math
 import sys
 import traceback
 import types
@@ -96,6 +97,8 @@ class Course:
     command : the program that students type
     requires : further packages that ``packages`` need, as pip takes them
     parameters : parameters of the notebooks when they are graded, besides ``student``
+    follow_limit : how many times farther from 0 than its plausible range (or nearer to 0, or of the other sign) a
+        number may be for what follows from it to count; beyond, a person decides. Without a limit, it always counts
     imports : modules that notebooks use, to be imported once for all of them
     stated : numbers that the course's texts repeat
     settings : decisions for a term
@@ -121,6 +124,7 @@ class Course:
     withheld: tuple[str, ...] = ()
     requires: tuple[str, ...] = ()
     parameters: Mapping[str, str] = field(default_factory=dict)
+    follow_limit: float = math.inf
     imports: tuple[str, ...] = ()
     stated: Sequence[StatedNumber] = ()
     settings: CourseSettings = field(default_factory=_default_settings)

@@ -2,17 +2,20 @@
 
 Nothing is changed. Each :class:`CourseFault` names its place. Without a run, questions, key, rubric, cells and numbers
 are compared. With one, the notebooks are run as they are handed out: a student who has written nothing yet must be able
-to go on. Then they are run with the solutions: the key must mark these as right, and wrong answers made of them wrong.
+to go on. Then they are run with the solutions: the key must mark these as right, and wrong answers made of them, and
+usual mistakes, as wrong.
 """
 
 from __future__ import annotations
 
 import contextlib
 import importlib.util
+import math
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,14 +27,14 @@ from labcourse.answers import schema, words
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.answers.notebooks import Cell, Notebook, as_released
-from labcourse.answers.parts import Part, Question
+from labcourse.answers.parts import Part, Predictable, Question
 from labcourse.errors import AnswerError, GradingError
 from labcourse.files import ANSWERS_FILE
 from labcourse.grading import outcomes, sheets
 from labcourse.grading.course import OUTCOMES_FILE, RUBRIC_FILE, SHEETS_FILE, Course
 from labcourse.grading.isolation import selftest
 from labcourse.grading.marking import decoding, marking
-from labcourse.grading.marking.checks import ForAPerson, wrong_answer
+from labcourse.grading.marking.checks import ForAPerson, slips_of, value_that_follows, wrong_answers
 from labcourse.grading.marking.decoding import Claims
 from labcourse.grading.marking.marking import KeyFault
 from labcourse.grading.marks import Status
@@ -40,7 +43,7 @@ from labcourse.grading.release.student_notebooks import BEGIN_CODE, INSTRUCTOR_T
 from labcourse.grading.running import bundle, runner
 from labcourse.grading.running.bundle import Bundle
 from labcourse.grading.scoring import rubric
-from labcourse.grading.verdicts import Case, OwnAnswers
+from labcourse.grading.verdicts import Case, Check, OwnAnswers, Verdict
 from labcourse.problems import Problem, Reason, Where
 from labcourse.run import reasons
 from labcourse.run.alignment import recorded
@@ -51,6 +54,12 @@ from labcourse.sentences import sentence
 #: Student for the run of the solutions: on this bench no result is so near a limit that two answers are right.
 SOLUTIONS_STUDENT = "checks"
 SEED = 20  #: from which the inputs of functions are drawn
+_LARGEST_RTOL = 0.35  # by more, an answer is wrong
+_TOLERANCES = ("rtol", "atol", "follow_rtol", "peak_rtol", "largest")  # attributes of checks
+_HINT = {  # kind of a part → what to look at if its solution is not right
+    "recording": " Do the session and course.py make the same bench, and is it the same experiment each time?",
+}
+_PICTURE = re.compile(r"""!\[[^]]*\]\(([^)\s]+\.\w+)|<img[^>]*\ssrc=["']([^"']+)""")  # in Markdown, in HTML
 _LIMITS = runner.RunLimits(cell=300, submission=1800.0)  # generous: these are the course's own notebooks
 
 
@@ -62,13 +71,15 @@ class CourseFault:
     ----------
     where : its place, for people
     what : the fault, as a sentence
+    is_note : whether it is only worth a look
     """
 
     where: str
     what: str
+    is_note: bool = False
 
     def __str__(self) -> str:
-        return f"{self.where}: {self.what}"
+        return f"{'note: ' * self.is_note}{self.where}: {self.what}"
 
 
 def check(course: Course, run: bool = True) -> Iterator[CourseFault]:
@@ -94,7 +105,7 @@ def check(course: Course, run: bool = True) -> Iterator[CourseFault]:
         yield CourseFault(path.name, f"it is not what its text gives now: say {program.name()} make-notebooks.")
     if outdated:
         return
-    for part in (check_key, check_files, check_cells, check_derived, check_numbers, check_imports):
+    for part in (check_key, check_files, check_cells, check_derived, check_numbers, check_imports, check_predictions):
         yield from part(course)
     if run:
         released = bundle.build(course)
@@ -106,8 +117,17 @@ def _in_cell(notebook: str, cell: str) -> str:
     return f"{notebook}, cell {cell!r}"
 
 
-def _in_key(question: Question, part: Part) -> str:
-    return f"the key, {question.number} {part.name}"
+def in_key(course: Course, question: Question, part: Part) -> str:
+    """Return the place of a part's check: with file and line if it has a function of the course's."""
+    check = course.key[question.number][part.name]
+    return f"the key, {question.number} {part.name}{_line_of(course, vars(check).values())}"
+
+
+def _line_of(course: Course, values: Iterable[Any]) -> str:
+    """Return " (file, line)" of the first of some values that is a function in the course's folder; "" for none."""
+    codes = [code for value in values if (code := getattr(value, "__code__", None))]
+    lines = [(Path(code.co_filename), code.co_firstlineno) for code in codes]
+    return next((f" ({path.name}, line {line})" for path, line in lines if path.is_relative_to(course.folder)), "")
 
 
 # --- catalogue, key, rubric, outcomes, modules ------------------------------------------------------------------------
@@ -122,7 +142,13 @@ def check_key(course: Course) -> Iterator[CourseFault]:
         for part in question.parts:
             if isinstance(course.key[number][part.name], ForAPerson) != (part.marked == "person"):
                 contradiction = f"the catalogue says that it is marked by {part.marked}, the key does otherwise."
-                yield CourseFault(_in_key(question, part), contradiction)
+                yield CourseFault(in_key(course, question, part), contradiction)
+            for name in _TOLERANCES:
+                size = getattr(course.key[number][part.name], name, 0.0)
+                largest = _LARGEST_RTOL if name.endswith("rtol") else math.inf
+                if not (isinstance(size, int | float) and 0 <= size < largest):
+                    what = f"its {name} is {size!r}; it should be a number, 0 or more and below {largest:g}."
+                    yield CourseFault(in_key(course, question, part), what)
 
 
 def check_files(course: Course) -> Iterator[CourseFault]:
@@ -159,6 +185,26 @@ def check_imports(course: Course) -> Iterator[CourseFault]:
         yield CourseFault("course.py, imports", f"there is no module {name!r}.")
 
 
+def check_predictions(course: Course) -> Iterator[CourseFault]:
+    """Find predictions of answers that do not exist, and those that no cell asks for."""
+    cells = [cell.source for path in course.notebooks for cell in student_notebooks.read(path).cells]
+    for number, item in _predictions(course):
+        where = f"the catalogue, prediction {item.part.name!r} of {number}"
+        for question, part in item.found_in:
+            try:
+                course.catalogue.find(question).part(part)
+            except AnswerError as error:
+                yield CourseFault(where, f"it is found in an answer that does not exist. {error}")
+        call = re.compile(rf"""\.predict\(\s*["']{re.escape(number)}["'][^)]*\b{item.part.name}\s*=""")
+        if not any(map(call.search, cells)):
+            yield CourseFault(where, f'no cell asks for it, as lab.predict("{number}", {item.part.name}=None) does.')
+
+
+def _predictions(course: Course) -> list[tuple[str, Predictable]]:
+    """Return all that can be predicted, each with the number of its question."""
+    return [(number, item) for number, items in course.catalogue.predictions.items() for item in items]
+
+
 # --- cells of the notebooks -------------------------------------------------------------------------------------------
 
 
@@ -173,6 +219,7 @@ def check_cells(course: Course) -> Iterator[CourseFault]:
         notebook = student_notebooks.read(path)
         yield from _check_tags_and_headings(path.name, notebook.cells)
         yield from _check_recorded(course, path, notebook, places)
+        yield from _check_pictures(course, path.name, notebook.cells)
     for name in course.catalogue.optional:
         if not (course.folder / f"{name}.ipynb").is_file():
             yield CourseFault("the catalogue, optional", f"there is no notebook {name} in {course.folder.name}.")
@@ -250,6 +297,16 @@ def _check_tags_and_headings(name: str, cells: list[NotebookNode]) -> Iterator[C
             seen[heading] = cell.id
 
 
+def _check_pictures(course: Course, name: str, cells: list[NotebookNode]) -> Iterator[CourseFault]:
+    """Find pictures in texts that students do not get: their notebooks are alone in their folder."""
+    for cell in cells:
+        for picture in map("".join, _PICTURE.findall(cell.source) if cell.cell_type == "markdown" else ()):
+            attached = picture.removeprefix("attachment:") in cell.get("attachments", {})
+            if not (attached or picture.startswith(("http:", "https:", "data:"))):
+                what = f"its picture {picture} is missing where students have it: attach it to the cell."
+                yield CourseFault(_in_cell(name, cell.id), what)
+
+
 def check_derived(course: Course) -> Iterator[CourseFault]:
     """Find stored student notebooks that differ from what would be derived now. Without their folder, find none."""
     try:
@@ -300,12 +357,22 @@ def check_empty(course: Course, released: Bundle) -> Iterator[CourseFault]:
     notebooks = merged(released.pristine, {}, every_cell=True)
     files, problems = run_notebooks(released, notebooks)
     yield from (CourseFault("the student notebooks", sentence(problem)) for problem in problems)
-    values = set(decoding.decode(files.get(ANSWERS_FILE), SEED, course.catalogue).values)
-    reports = schema.read_reports(files.get(REPORTS_FILE, b""))
+    yield from stops(course, released, notebooks, files, "when nothing is filled in")
+
+
+def stops(
+    course: Course, released: Bundle, notebooks: Merged, left: Mapping[str, bytes], when: str
+) -> Iterator[CourseFault]:
+    """Yield the cells that stopped a run of notebooks; of each stop, only the first cause.
+
+    ``left`` are the files that the run left, and ``when`` says in words which run it was.
+    """
+    values = set(decoding.decode(left.get(ANSWERS_FILE), SEED, course.catalogue).values)
+    reports = schema.read_reports(left.get(REPORTS_FILE, b""))
     causes = Causes(released.pristine, notebooks, reports, values, course.catalogue)
     stopped = (causes.root(cell) for cells in causes.cells.values() for cell in cells if cell.stopped)
     for root in dict.fromkeys(cell for cell in stopped if isinstance(cell, RunCell)):
-        yield CourseFault(_in_cell(root.notebook, root.id), f"it stops when nothing is filled in: {_stop_reason(root)}")
+        yield CourseFault(_in_cell(root.notebook, root.id), f"it stops {when}: {_stop_reason(root)}")
 
 
 def _stop_reason(cell: RunCell) -> str:
@@ -314,7 +381,9 @@ def _stop_reason(cell: RunCell) -> str:
     if error is None:
         return "the Python process ended in it."
     name = error.message.split("'")[1] if error.type == "NameError" and "'" in error.message else ""
-    hint = f" Preset it: begin the answer cell with {name} = None, before the solution." if name else ""
+    hint = f". Preset it: begin the answer cell with {name} = None, before the solution." if name else ""
+    if error.type == "ModuleNotFoundError":
+        hint = ". Name the package that has it in course.py, requires=(…)."
     return f"{error.type}{f', line {error.line}' if error.line else ''}: {error.message}{hint}"
 
 
@@ -325,28 +394,47 @@ def check_solutions(course: Course, released: Bundle) -> Iterator[CourseFault]:
     yield from check_verdicts(course, claims, missing)
 
 
-def check_verdicts(course: Course, claims: Claims, missing: Mapping[Where, Problem]) -> Iterator[CourseFault]:
+def check_verdicts(
+    course: Course, claims: Claims, missing: Mapping[Where, Problem], student: str = SOLUTIONS_STUDENT
+) -> Iterator[CourseFault]:
     """Mark the solutions' answers, and wrong answers made of them; find verdicts that are not as expected.
 
-    Right answers should be right, or for a person where the key says so, and wrong ones should not be right.
+    Right answers should be right, or for a person where the key says so; wrong ones, and the usual mistakes that the
+    key knows, should not be right. Marked for another bench, answers that follow from others should count. What a
+    prediction is compared with should be found without an error.
 
     Parameters
     ----------
     course : with the key
     claims : answers, from :func:`answers_of_solutions`
     missing : (question, part) → why there is no answer, from the same
+    student : ID of the student with the bench on which these were run
     """
     claims = decoding.with_reports(claims, course.catalogue)
-    case = marking.case_of(course, claims, course.true_bench(SOLUTIONS_STUDENT), SEED)
-    for number in [number for number in course.key if number in course.asked_catalogue.marked]:
-        question = course.asked_catalogue.marked[number]
-        for part in question.parts:
-            own = _KnownAnswers(case.own, course.catalogue)
-            why = sentence(missing.get((number, part.name), "its cell runs to its end, and leaves it empty."))
-            for fault in _faults_of_check(course, question, part, claims, replace(case, own=own), why):
-                yield CourseFault(_in_key(question, part), fault)
-            for fault in own.unknown:
-                yield CourseFault(_in_key(question, part), f"it uses an answer that does not exist. {fault}")
+    case = marking.case_of(course, claims, course.true_bench(student), SEED)
+    for question, part in asked_parts(course):
+        why = sentence(missing.get((question.number, part.name), "its cell runs to its end, and leaves it empty."))
+        yield from _faults_of_check(course, question, part, claims, case, student, why)
+    for number, item in _predictions(course):
+        where = f"the catalogue, prediction {item.part.name!r} of {number}"
+        with contextlib.suppress(LookupError):  # an answer is missing, which has been said
+            answers = [case.own(*found) for found in item.found_in]
+            for fault in _faults_of_prediction(course, item, answers):
+                yield CourseFault(where, fault)
+
+
+def _faults_of_prediction(course: Course, item: Predictable, answers: list[Any]) -> Iterator[str]:
+    """Work out from answers what was to be predicted; yield why nobody could have predicted it."""
+    try:
+        seen = item.seen(*answers)
+    except Exception as error:
+        yield f"what is seen of it fails: {marking.error_and_line(course, error)}"
+        return
+    low, high = item.part.plausible or (-math.inf, math.inf)
+    if item.part.choices and seen not in item.part.choices:
+        yield f"what is seen of it, {seen!r}, is none of its choices."
+    elif not item.part.choices and not (isinstance(seen, int | float | np.number) and low <= seen <= high):
+        yield f"what is seen of it, {str(seen)[:60]}, is outside of what the catalogue calls plausible."
 
 
 class _KnownAnswers:
@@ -366,46 +454,72 @@ class _KnownAnswers:
         return self._answers(question, part)
 
 
+def asked_parts(course: Course) -> list[tuple[Question, Part]]:
+    """Return the parts that the key marks and the class is asked, each with its question, in the key's order."""
+    asked = course.asked_catalogue.marked
+    return [(asked[number], part) for number in course.key if number in asked for part in asked[number].parts]
+
+
 def _faults_of_check(
-    course: Course, question: Question, part: Part, claims: Claims, case: Case, missing_reason: Reason
-) -> Iterator[str]:
-    """Mark the solution of a part, and a wrong answer made of it; yield what is not as expected.
+    course: Course, question: Question, part: Part, claims: Claims, case: Case, student: str, missing_reason: Reason
+) -> Iterator[CourseFault]:
+    """Mark the solution of a part, on its bench and on another, and wrong answers; find what is not as expected.
 
     Parameters
     ----------
     claims : the solutions' answers
+    case : of these answers, and of the bench on which they were found
+    student : ID of the student with this bench
     missing_reason : why there is no answer to the part, if there is none
     """
-    check = course.key[question.number][part.name]
+    fault = partial(CourseFault, in_key(course, question, part))
+    check, value = course.key[question.number][part.name], claims.values.get((question.number, part.name))
     expected = Status.FOR_A_PERSON if isinstance(check, ForAPerson) else Status.RIGHT
+    own = _KnownAnswers(case.own, course.catalogue)
+    case = replace(case, own=own)
+    doing = "it fails"
     try:
         mark = marking.mark_part(course, question, part, claims, case)
+        status = mark.status if value is None else _verdict(check, part, value, case).status
+        if status is Status.MISSING:
+            yield fault(f"the solution records no answer: {sentence(missing_reason)}")
+        elif status is not expected:
+            earned = f"{mark.points:g} of {mark.out_of:g} points, {mark.status.value}"
+            yield fault(f"the solution gets {earned}: {sentence(mark.reason)}{_HINT.get(part.kind, '')}")
+        if value is None or expected is Status.FOR_A_PERSON:
+            return
+        if part.plausible and not part.plausible[0] <= value <= part.plausible[1]:
+            what = "is outside of what the catalogue calls plausible: right answers draw a hint."
+            yield fault(f"the solution, {value:g}, {what}")
+        doing = "what follows from right answers fails"
+        value_that_follows(check, part, case)
+        on_another = replace(case, bench=course.true_bench(f"{student}-other"))
+        if getattr(check, "follow", None) and _verdict(check, part, value, on_another).status is Status.WRONG:
+            yield fault("what follows from right answers is not the solution: is the formula of follow=… right?")
+        doing = "on a wrong answer, it fails"
+        for what, wrong in [*wrong_answers(part, value), *slips_of(check, part, case)]:
+            verdict = _verdict(check, part, wrong, case)
+            if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
+                taken = f"{what} ({str(wrong)[:60]}) is taken for right: {sentence(verdict.reason)}"
+                # Numbers may be so near a limit on some benches that they agree with two choices.
+                yield fault(taken, part.kind == "choice" and student != SOLUTIONS_STUDENT)
+                break
     except Exception as error:  # whatever a mistake in a key may raise
-        yield f"it fails: {_error_text(error)}"
-        return
-    if mark.status is Status.MISSING:
-        yield f"the solution records no answer: {sentence(missing_reason)}"
-    elif mark.status is not expected:
-        earned = f"{mark.points:g} of {mark.out_of:g} points, {mark.status.value}"
-        yield f"the solution gets {earned}: {sentence(mark.reason)}"
-    value = claims.values.get((question.number, part.name))
-    if value is None or expected is Status.FOR_A_PERSON:
-        return
-    if part.plausible and not part.plausible[0] <= value <= part.plausible[1]:
-        yield f"the solution, {value:g}, is outside of what the catalogue calls plausible: right answers draw a hint."
-    try:
-        wrong = wrong_answer(part, value)
-        verdict = check.verdict(part, wrong, case)
-    except Exception as error:
-        yield f"on a wrong answer, it fails: {_error_text(error)}"
-        return
-    if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
-        yield f"a wrong answer ({str(wrong)[:60]}) is taken for right: {sentence(verdict.reason)}"
+        if not own.unknown:
+            yield fault(f"{doing}: {_error_text(course, error)}")
+    for unknown in own.unknown:
+        yield fault(f"it uses an answer that does not exist. {unknown}")
 
 
-def _error_text(error: Exception) -> str:
-    """Return an error as text, with its type; the message of a KeyFault has it already."""
-    return str(error) if isinstance(error, KeyFault) else f"{type(error).__name__}: {error}"
+def _verdict(check: Check, part: Part, value: Any, case: Case) -> Verdict:
+    """Return a check's verdict, as marking does, but let it raise."""
+    with np.errstate(all="ignore"):
+        return check.verdict(part, value, case)
+
+
+def _error_text(course: Course, error: Exception) -> str:
+    """Return an error as text, with its type and its line; the message of a KeyFault has both already."""
+    return str(error) if isinstance(error, KeyFault) else marking.error_and_line(course, error)
 
 
 def solved_cells(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict[str, tuple[Cell, ...]]:
@@ -423,8 +537,10 @@ def solved_cells(course: Course, pristine: Mapping[str, dict[str, Any]]) -> dict
     }
 
 
-def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapping[Where, Problem]]:
-    """Run the notebooks with solutions.
+def answers_of_solutions(
+    course: Course, released: Bundle, student: str = SOLUTIONS_STUDENT
+) -> tuple[Claims, Mapping[Where, Problem]]:
+    """Run the notebooks with solutions, on the bench of a student.
 
     Returns
     -------
@@ -440,7 +556,7 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
     """
     pristine = released.pristine
     written = merged(pristine, solved_cells(course, pristine))
-    files, problems = run_notebooks(released, written)
+    files, problems = run_notebooks(released, written, student)
     claims = decoding.decode(files.get(ANSWERS_FILE), SEED, course.catalogue)
     reports = schema.read_reports(files.get(REPORTS_FILE, b""))
     why = reasons.explain(pristine, written, reports, claims.values, released.catalogue, handed_in=pristine)
@@ -449,11 +565,11 @@ def answers_of_solutions(course: Course, released: Bundle) -> tuple[Claims, Mapp
         texts = words.written(master["cells"], Notebook.read((course.folder / name).read_bytes()).cells)
         decoding.add_words(claims, texts.words, course.catalogue)
         claims.problems.extend(replace(problem, where=name) for problem in [*texts.problems, *texts.notes])
-    claims.values.update(course.given_values(SOLUTIONS_STUDENT, released.policy, released.asked_parts))
+    claims.values.update(course.given_values(student, released.policy, released.asked_parts))
     return claims, why.missing
 
 
-def run_notebooks(released: Bundle, notebooks: Merged) -> runner.Ran:
+def run_notebooks(released: Bundle, notebooks: Merged, student: str = SOLUTIONS_STUDENT) -> runner.Ran:
     """Run notebooks of the course: in a sandbox if all needed layers work on this computer, else without.
 
     Raises
@@ -462,7 +578,7 @@ def run_notebooks(released: Bundle, notebooks: Merged) -> runner.Ran:
         If the course cannot be imported.
     """
     job = runner.Job(
-        student=SOLUTIONS_STUDENT,
+        student=student,
         notebooks=notebooks.notebooks,
         probe_seed=SEED,
         parameters=released.parameters,

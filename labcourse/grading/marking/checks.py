@@ -8,7 +8,7 @@ instructor can defend. Reasons do not give the expected value away.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -95,9 +95,18 @@ class _Numbers:
     slips: Callable[[Any], Mapping[str, Any]] = field(default=lambda bench: {})
 
     def verdict(self, part: Part, value: Any, case: Case) -> Verdict:
-        """Compare an answer with the expected one, with what follows from own answers, then with usual mistakes."""
+        """Compare an answer with the expected one, with what follows from own answers, then with usual mistakes.
+
+        Raises
+        ------
+        TypeError
+            If the expected one is not as many finite numbers.
+        """
         tolerance = _tolerance_text(self.rtol, self.atol, part.unit or part.usual.unit)
-        if self._agrees(value, self.expected(case.bench), self.rtol):
+        expected = self.expected(case.bench)
+        if not np.all(np.isfinite(np.asarray(expected, dtype=complex))) or np.size(expected) != np.size(value):
+            raise TypeError(f"the key expects {expected}, where {np.size(value)} finite numbers are asked for")
+        if self._agrees(value, expected, self.rtol):
             return verdicts.right(f"Within {tolerance} of {self.what}.")
         own, why = value_from_own(self.follow, case.own)
         if own is not None and self._agrees(value, own, self.follow_rtol):
@@ -237,7 +246,7 @@ class FunctionIs:
         ValueError
             If the two are not for the same number of inputs.
         """
-        tuples = [output if isinstance(output, tuple) else (output,) for output in expected]
+        tuples = [_as_tuple(output) for output in expected]
         return all(
             len(answered) == len(wanted)
             and all(same_entries(*pair, self.rtol, self.atol) for pair in zip(answered, wanted, strict=True))
@@ -434,15 +443,46 @@ _FACTOR, _OFFSET = 1.37, 0.11  # no factor between units, and more than any roun
 _SHARE_OF_RANGE = 0.05
 
 
-def wrong_answer(part: Part, value: Any) -> Any:
-    """Return a wrong answer of the same form as a right one.
+def wrong_answers(part: Part, value: Any) -> Iterator[tuple[str, Any]]:
+    """Yield wrong answers of the same form as a right one, each with its description.
 
     Parameters
     ----------
     part : part of a question, not prose
     value : the right answer, decoded (:func:`labcourse.answers.forms.decode`)
     """
-    return _WRONG_BY_KIND[part.kind](part, value)
+    yield "a wrong answer", _WRONG_BY_KIND[part.kind](part, value)
+    low, high = part.plausible or (0.0, 0.0)
+    if part.kind in ("number", "matrix", "poles") and np.abs(value).max() > _SHARE_OF_RANGE * (high - low):
+        yield "the right answer with its sign turned", -value
+        yield "ten times the right answer", 10 * value
+
+
+def slips_of(check: Any, part: Part, case: Case) -> Iterator[tuple[str, Any]]:
+    """Yield the usual mistakes that a check of numbers or of a function knows: what was done, and the answer."""
+    if isinstance(check, _Numbers):
+        for slip, numbers in check._all_slips(case.bench).items():
+            yield f"the slip {slip!r}", np.asarray(numbers)
+    elif isinstance(check, FunctionIs) and part.probe is not None:
+        inputs = part.probe.inputs(case.probe_seed)
+        for slip, function in check.slips.items():
+            yield f"the slip {slip!r}", [_as_tuple(function(case.bench, *arguments)) for arguments in inputs]
+
+
+def value_that_follows(check: Any, part: Part, case: Case) -> Any:
+    """Return what a check of this module lets follow from own answers; None if nothing follows. Raise what it raises.
+
+    For a function, it is what follows for the first of the inputs.
+    """
+    if not isinstance(check, _Numbers | ChoiceIs | FunctionIs) or check.follow is None:
+        return None
+    more = (case.bench,) if isinstance(check, ChoiceIs) else part.probe.inputs(case.probe_seed)[0] if part.probe else ()
+    return check.follow(case.own, *more)
+
+
+def _as_tuple(output: Any) -> tuple[Any, ...]:
+    """Return the output of a function as a tuple of outputs."""
+    return output if isinstance(output, tuple) else (output,)
 
 
 def _wrong_number(part: Part, value: Any) -> Any:

@@ -18,6 +18,7 @@ Your instructor supplied this value ...      an instructor supplied it
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Callable, Collection
 from dataclasses import replace
@@ -33,7 +34,7 @@ from labcourse.grading.course import Course, package_folder
 from labcourse.grading.marking.decoding import Claims, time_limited, with_reports
 from labcourse.grading.marks import Mark, Status
 from labcourse.grading.submission import Submission
-from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, Verdict
+from labcourse.grading.verdicts import Case, Check, JudgesMissing, Key, OwnAnswers, Verdict
 from labcourse.problems import Code, Problem, Reason, Where
 
 #: Kind of a part → why there is no answer, where no more is known.
@@ -116,7 +117,12 @@ def mark_part(course: Course, question: Question, part: Part, claims: Claims, ca
     """
     where, check = (question.number, part.name), course.key[question.number][part.name]
     if where in claims.values:
-        verdict = _judge(course, lambda: check.verdict(part, claims.values[where], case))
+        own = _Remembered(case.own)
+        verdict = _judge(course, lambda: check.verdict(part, claims.values[where], replace(case, own=own)))
+        absurd = [", ".join(other) for other, value in own.used.items() if is_absurd(course, other, value)]
+        if absurd and verdict.status is Status.FOLLOW_THROUGH:
+            why = Problem.of(Code.FOLLOWS_FROM_ABSURD, reason=verdict.reason, own="; ".join(absurd))
+            verdict = Verdict(Status.FOR_A_PERSON, 0.0, why)
     elif where in claims.malformed:
         verdict = Verdict(Status.WRONG, 0.0, Problem.of(Code.MALFORMED, error=claims.malformed[where]))
     else:
@@ -124,6 +130,28 @@ def mark_part(course: Course, question: Question, part: Part, claims: Claims, ca
     points = round(verdict.share * part.points, 6)
     given = _as_text(part, claims, where)
     return Mark(question.number, part.name, verdict.status, points, part.points, verdict.reason, given)
+
+
+class _Remembered:
+    """The other answers of a student, as ``own`` of a case; ``used`` are those that were used."""
+
+    def __init__(self, own: OwnAnswers) -> None:
+        self._own, self.used = own, dict[Where, Any]()
+
+    def __call__(self, question: str, part: str) -> Any:
+        """Return an answer; raise LookupError if there is none."""
+        return self.used.setdefault((question, part), self._own(question, part))
+
+
+def is_absurd(course: Course, where: Where, value: Any) -> bool:
+    """Return whether a number is farther from its plausible range than the course's limit for follow-through."""
+    plausible = course.catalogue.find_marked(where[0]).part(where[1]).plausible
+    if plausible is None or math.isinf(course.follow_limit):
+        return False
+    low, high = sorted(plausible, key=abs)
+    has_sign = low * high > 0
+    size = value * math.copysign(1.0, high) if has_sign else abs(value)
+    return not (abs(low) / course.follow_limit if has_sign else 0.0) <= size <= abs(high) * course.follow_limit
 
 
 def _verdict_on_missing(course: Course, part: Part, check: Check, case: Case) -> Verdict:
@@ -151,10 +179,10 @@ def _judge(course: Course, judge: Callable[[], Verdict]) -> Verdict:
         why = Problem.of(Code.NOT_COMPARED, error=f"{type(error).__name__}: {error}")
         return Verdict(Status.FOR_A_PERSON, 0.0, why)
     except Exception as error:
-        raise KeyFault(_error_and_line(course, error)) from error
+        raise KeyFault(error_and_line(course, error)) from error
 
 
-def _error_and_line(course: Course, error: Exception) -> str:
+def error_and_line(course: Course, error: Exception) -> str:
     """Return an error as text, with file and line of the course's last code that it passed.
 
     If it passed none in the course's folder and packages, they are those of the last code outside of this folder.

@@ -8,7 +8,7 @@ import pytest
 
 from labcourse.answers.parts import Part, choice, number, recording
 from labcourse.grading.marking import checks, decoding
-from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit, wrong_answer
+from labcourse.grading.marking.checks import ChoiceIs, Number, RecordingOf, misfit, wrong_answers
 from labcourse.grading.marks import Status
 from labcourse.grading.verdicts import Case
 from rotflex.recording import Channel, Recording
@@ -176,4 +176,4 @@ def test_a_number_is_right_to_the_fewest_digits_that_are_allowed(value, digits, 
 @pytest.mark.parametrize("value", [0.0, 0.1, 2.0, 90.0])
 def test_a_number_made_wrong_is_off_by_a_twentieth_of_what_is_plausible_at_least(value):
     part = Part("x", "number", 1, "...", unit="%", plausible=(0.0, 100.0))
-    assert wrong_answer(part, value) - value == pytest.approx(5.0 + 0.37 * value)
+    assert next(wrong_answers(part, value))[1] - value == pytest.approx(5.0 + 0.37 * value)

@@ -1,6 +1,8 @@
 """Claims and marks: what is read, what it is worth, and why. Expected marks follow from solutions/key.py's policy."""
 
 import json
+import math
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -310,6 +312,26 @@ def test_what_a_student_claims_in_place_of_what_is_given_counts_for_nothing(answ
     assert marks_given(claimed)["2.14", "A"] == Status.FOLLOW_THROUGH  # who was asked for it: it follows
     given = marks_given(claimed, MATRICES)
     assert set(given) == set(MATRICES) and given["2.14", "A"] == Status.WRONG
+
+
+@pytest.mark.parametrize(
+    ("limit", "K_s", "status"),
+    [
+        (math.inf, 1e6, Status.FOLLOW_THROUGH),
+        (100.0, 1e6, Status.FOR_A_PERSON),
+        (100.0, 1e-6, Status.FOR_A_PERSON),
+        (100.0, 2.6, Status.FOLLOW_THROUGH),
+    ],
+)
+def test_beyond_the_limit_of_a_course_what_follows_waits_for_a_person(answers_with, monkeypatch, limit, K_s, status):
+    monkeypatch.setattr(sys.modules[__name__], "OURS", replace(OURS, follow_limit=limit))
+    assert marks_given(answers_with(K_s))["2.14", "A"] is status
+
+
+@pytest.mark.parametrize(("value", "is_absurd"), [(-1.3, True), (1.3, False), (1e5, True), (1e-3, True)])
+def test_a_number_of_the_wrong_sign_is_absurd(value, is_absurd):
+    assert marking.is_absurd(replace(OURS, follow_limit=100.0), ("2.12", "K_s"), value) is is_absurd
+    assert not marking.is_absurd(OURS, ("2.12", "K_s"), value)
 
 
 def test_what_follows_from_what_is_given_is_right(answers_with):
