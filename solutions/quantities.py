@@ -2,15 +2,11 @@
 
 from dataclasses import replace
 
-from labcourse.grading.marking.units import Quantity, Unit
+from labcourse.answers.units import UNITS, Unit
+from labcourse.grading.marking.units import Quantity
 from rotflex.units import DEG, HZ
 
-_RADIAN = Unit("rad", 1.0, "rad rads", "radian radians", prefixed=True)
-_DEGREE = Unit("deg", DEG, "° deg degs", "degree degrees")
-_TURN = Unit("rev", HZ, "rev revs", "turn turns revolution revolutions")
-_VOLT = Unit("V", 1.0, "v", "volt volts", prefixed=True)
-_HERTZ = Unit("Hz", 1.0, "hz", "hertz", prefixed=True)
-
+_RADIAN, _DEGREE, _TURN, _VOLT, _HERTZ = (UNITS[name] for name in ("rad", "deg", "rev", "V", "Hz"))
 ANGLE = Quantity((_DEGREE, _RADIAN, _TURN), (Unit("deg", DEG), Unit("rad", 1.0), Unit("mrad", 1e-3)))
 VOLTAGE = Quantity((_VOLT,), (Unit("V", 1.0), Unit("mV", 1e-3)))
 FREQUENCY = Quantity(

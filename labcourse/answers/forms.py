@@ -11,14 +11,14 @@ import copy
 import json
 import math
 import numbers
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labcourse.answers import expressions, figures, json_values
+from labcourse.answers import expressions, figures, json_values, units
 from labcourse.answers.expressions import is_symbolic
 from labcourse.answers.json_values import FormError, NotAnswered, check_given, clean, rounded, thin
 from labcourse.answers.parts import YES_NO, Part
@@ -40,22 +40,6 @@ _FORMULA_OR_PICTURE = pattern(r"[$=]|!\[|\\\(|\\\[")
 _FEWEST_WORDS, _SHORT = 3, 30  # of an explanation: with fewer, and as few characters, it is asked whether that is all
 _LEAST_PERCENTAGE = 0.06  # below, and above 0, a fraction is likelier; a coarse encoder gives a tenth of a per cent
 _LONGEST_MESSAGE = 200  # characters of a function's error: two lines
-_DEG, _REV = math.pi / 180, 2 * math.pi  # rad per degree, rad per revolution
-#: What a number out of range may have been given in: the factor that leads to the part's unit, and its name.
-_SLIPS = {
-    "rad/s": ((_REV, "in hertz"), (_DEG, "in degrees per second"), (_REV / 60, "in revolutions per minute")),
-    "rad": ((_DEG, "in degrees"), (_REV, "in revolutions")),
-    "deg": ((1 / _DEG, "in radians"), (360.0, "in revolutions")),
-    "N·m/rad": ((1 / _DEG, "per degree"), (_REV**2, "computed from a frequency in hertz")),
-    "kg·m²": ((1e-3, "in g·m²"), (1e-4, "in kg·cm²"), (1e-6, "in kg·mm²")),
-    "s": ((1e-3, "in milliseconds"),),
-    "V/rad": ((1 / _DEG, "per degree"),),
-}
-_ANGLE_SLIPS = (
-    *((factor, "off by 180/pi, as between degrees and radians") for factor in (_DEG, 1 / _DEG)),
-    *((factor, "off by 2 pi, as between hertz and rad/s") for factor in (_REV, 1 / _REV)),
-)
-_THOUSAND = tuple((factor, "off by a factor of 1000 (milli, kilo)") for factor in (1e-3, 1e3))
 
 Fields = dict[str, Any]
 Hints = list[str]
@@ -88,6 +72,7 @@ def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
     from labcourse.answers import schema
 
     check_given(value)
+    value = units.plain(value, part.unit or part.usual.unit)
     if part.kind == "function":
         fields, hints = _encode_function(part, value, probe_seed)
     else:
@@ -159,6 +144,7 @@ def _real(value: Any) -> float:
 
 def _complex(value: Any) -> complex:
     """Return one finite number, real or complex, from whatever a student may have it in."""
+    value = getattr(value, "nominal_value", value)  # of the package uncertainties
     if is_symbolic(value) and getattr(value, "free_symbols", None):
         left = ", ".join(sorted(str(symbol) for symbol in value.free_symbols))
         raise FormError(f"it still contains {left}: substitute numbers for them")
@@ -189,32 +175,32 @@ def _complex(value: Any) -> complex:
 
 
 def _encode_number(part: Part, value: Any) -> tuple[Fields, Hints]:
-    number = _real(value)
-    return {"value": number}, _plausibility(part, number)
+    number, spread = _real(value), getattr(value, "std_dev", None)
+    uncertain = isinstance(spread, float) and 0 < spread < math.inf
+    return {"value": number, **({"uncertainty": spread} if uncertain else {})}, _plausibility(part, number)
 
 
 def _plausibility(part: Part, number: float) -> Hints:
     """Return a hint where a number is outside the plausible range: a likely slip of units, or just unusual."""
     if part.unit == "%" and 0 < number < _LEAST_PERCENTAGE:
         return [f"it looks like it is a fraction; give {part.unit}, unless it is really that small"]
-    angular = _ANGLE_SLIPS if "rad" in part.unit or "deg" in part.unit else ()
-    hints = _out_of_range(number, part.plausible, part.unit, "", angular, _THOUSAND)
+    hints = _out_of_range(number, part.plausible, part.unit, "", *units.rough_slips(part.unit))
     if hints and not _out_of_range(-number, part.plausible, part.unit, ""):
         return ["it is negative: check the sign"]
     return hints
 
 
 def _out_of_range(
-    number: float, plausible: tuple[float, float] | None, unit: str, noun: str, *more: Iterable[tuple[float, str]]
+    number: float, plausible: tuple[float, float] | None, unit: str, noun: str, *more: list[units.Slip]
 ) -> Hints:
     """Return a hint if a number is out of its plausible range: at a slip of units that explains it, if there is one.
 
-    Likely slips of a unit are tried first, then ``more`` of them: (factor, name).
+    Likely slips of a unit are tried first, then ``more`` of them.
     """
     if plausible is None or plausible[0] <= number <= plausible[1]:
         return []
-    for slips in (_SLIPS.get(unit, ()), *more):
-        names = [name for factor, name in slips if plausible[0] <= number * factor <= plausible[1]]
+    for slips in (*units.slips(unit), *more):
+        names = [name for factor, offset, name in slips if plausible[0] <= number * factor + offset <= plausible[1]]
         if names:
             return [f"it looks like it is {' or '.join(names)}{f'; give {unit}' if unit else ''}"]
     return [f"{noun}unusually {'large' if number > plausible[1] else 'small'} for this plant: check"]

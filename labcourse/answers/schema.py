@@ -110,14 +110,16 @@ class NumberAnswer(Model):
 
     kind: Literal["number"]
     value: Finite
+    uncertainty: Annotated[Finite, Field(gt=0.0)] | None = None
 
     def decode(self, _part: Part) -> Any:
-        """Return a float."""
+        """Return a float, without the uncertainty."""
         return self.value
 
     def show(self, part: Part) -> str:
-        """Describe it, as in " = 19.9 rad/s"."""
-        return f" = {show_number(self.value)} {part.unit}".rstrip()
+        """Describe it, as in " = 19.9 rad/s", or " = 19.9 ± 0.2 rad/s"."""
+        within = f" ± {show_number(self.uncertainty)}" if self.uncertainty else ""
+        return f" = {show_number(self.value)}{within} {part.unit}".rstrip()
 
 
 class MatrixAnswer(Model):

@@ -76,7 +76,8 @@ def _formula(part: Part, content: Any) -> str:
 
         return str(sympy.latex(value))
     shown: dict[str, Callable[[Any], str]] = {"number": _number, "matrix": _matrix, "poles": _poles}
-    return shown[part.kind](value) if part.kind in shown else ""
+    within = rf" \pm {_number(content['uncertainty'])}" if content.get("uncertainty") else ""
+    return shown[part.kind](value) + within if part.kind in shown else ""
 
 
 def _number(value: float) -> str:

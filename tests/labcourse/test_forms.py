@@ -3,6 +3,7 @@
 import json
 import re
 from fractions import Fraction
+from types import SimpleNamespace
 
 import control
 import matplotlib as mpl
@@ -16,7 +17,7 @@ from matplotlib.figure import Figure
 
 from labcourse.answers.forms import FormError, NotAnswered, decode, encode, show
 from labcourse.answers.json_values import LONGEST_PROSE, thin
-from labcourse.answers.parts import Part
+from labcourse.answers.parts import Part, matrix, number, poles
 from labcourse.errors import AnswerError
 from rotflex.course.probes import COMPOUND_SINES, PLANT_PARAMETERS
 from rotflex.course.questions import CATALOGUE
@@ -114,9 +115,16 @@ def test_of_the_outputs_of_all_states_those_asked_for_are_recorded_and_it_is_sai
         (part("2.12", "J_l"), 32.8, "in kg·cm²"),
         (part("2.12", "K_s"), 0.0329, "from a frequency in hertz"),
         (part("2.12", "K_s"), 0.0227, "per degree"),
+        (number("T", "K", (250.0, 400.0), "", ""), 21, "in celsius; give K"),
+        (number("rise", "K", (5.0, 60.0), "", ""), 21, None),
+        (number("gain", "K/V", (4.0, 8.0), "", ""), 0.005, "per millivolt; give K/V"),
+        (number("tau", "s", (100.0, 900.0), "", ""), 8, "in minutes; give s"),
+        (number("zeta", "", (0.1, 1.0), "", ""), 60, "in percent"),
+        (number("m", "kg", (0.1, 2.0), "", ""), 500, "in grams; give kg"),
+        (number("p", "Pa", (5e4, 2e5), "", ""), 1.2, "in bar; give Pa"),
         (part("3.12", "t_s"), 380, "in milliseconds; give s"),
         (part("3.12", "alpha_max_deg"), 0.19, "in radians; give deg"),
-        (part("3.12", "V_max"), 8600, "factor of 1000"),
+        (part("3.12", "V_max"), 8600, "in millivolts; give V"),
         (part("3.12", "PO"), -2, "check the sign"),
         (part("3.12", "PO"), 0.035, "a fraction; give %"),
         (part("3.12", "PO"), 0.0, None),
@@ -494,3 +502,50 @@ GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: enc
 def test_what_could_not_have_been_written_is_not_read(wanted, content):
     with pytest.raises(AnswerError):
         decode(wanted, content)
+
+
+class Quantity:
+    """As pint's: a magnitude and a unit, of those that the test converts to."""
+
+    def __init__(self, **magnitudes):
+        self.magnitudes = magnitudes
+
+    def to(self, unit):
+        return SimpleNamespace(magnitude=self.magnitudes[unit])
+
+    def to_base_units(self):
+        return self.to("SI")
+
+
+MEASURED = SimpleNamespace(nominal_value=19.9, std_dev=0.2)  # as ufloat(19.9, 0.2) of the package uncertainties
+
+
+@pytest.mark.parametrize(
+    ("wanted", "value", "said"),
+    [
+        (number("w", "rad/s", None, "", ""), Quantity(**{"rad/s": 19.9}), "w = 19.9 rad/s"),
+        (number("J", "kg·m²", None, "", ""), Quantity(**{"kg·m²": 0.0033}), "J = 0.0033 kg·m²"),
+        (number("T", "°C", None, "", ""), Quantity(**{"°C": 21.0}), "T = 21 °C"),
+        (number("z", "", None, "", ""), Quantity(SI=0.6), "z = 0.6"),
+        (number("w", "rad/s", None, "", ""), MEASURED, "w = 19.9 ± 0.2 rad/s"),
+        (number("w", "rad/s", None, "", ""), Quantity(**{"rad/s": MEASURED}), "w = 19.9 ± 0.2 rad/s"),
+        (matrix("A", (1, 2), "", ""), Quantity(SI=np.array([1.0, 2.0])), "A = [1, 2]"),
+        (matrix("A", (1, 2), "", ""), [MEASURED, 3], "A = [19.9, 3]"),
+        (poles("p", 2, "", ""), [MEASURED, -3], "p = -3, 19.9"),
+    ],
+)
+def test_a_quantity_is_converted_and_an_uncertainty_is_stored_and_shown(wanted, value, said):
+    content = encode(wanted, value, 1).content
+    assert show(wanted, content) == said
+    assert decode(wanted, content) is not None
+
+
+@pytest.mark.parametrize("spread", [0.0, np.nan, np.inf, None, "0.2", -1.0])
+def test_an_uncertainty_that_is_none_is_left_out(spread):
+    value = SimpleNamespace(nominal_value=19.9, std_dev=spread)
+    assert encode(number("w", "rad/s", None, "", ""), value, 1).content == {"kind": "number", "value": 19.9}
+
+
+def test_a_quantity_of_another_kind_is_refused_with_the_unit_that_is_asked_for():
+    with pytest.raises(FormError, match="rad/s"):
+        encode(number("w", "rad/s", None, "", ""), Quantity(V=1.0), 1)

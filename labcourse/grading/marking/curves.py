@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from labcourse.answers.figures import unit_places
 from labcourse.answers.json_values import thin
+from labcourse.answers.units import Unit
 from labcourse.grading.marking.checks import misfit
-from labcourse.grading.marking.units import TIME, Quantity, Unit, units_in_label
+from labcourse.grading.marking.units import TIME, Quantity, units_in_label
 from labcourse.grading.verdicts import Case
 
 Vector = NDArray[np.float64]

@@ -9,26 +9,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from labcourse.answers.figures import normalized, unit_places
+from labcourse.answers.units import UNITS, Unit
 from labcourse.patterns import pattern
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A unit, and how it is written.
-
-    Attributes
-    ----------
-    name : shown to people; with its prefix or factor if a label names it so
-    size : of one such unit, in the SI unit of its quantity
-    symbols, names : ways to write it, in lower case, with spaces between
-    prefixed : whether it takes prefixes, as in ms
-    """
-
-    name: str
-    size: float
-    symbols: str = ""
-    names: str = ""
-    prefixed: bool = False
 
 
 @dataclass(frozen=True)
@@ -63,12 +45,7 @@ def quantity(symbol: str, symbols: str = "", names: str = "") -> Quantity:
     return Quantity((Unit(symbol, 1.0, f"{symbol.lower()} {symbols}", names),), (Unit(symbol, 1.0),))
 
 
-_UNITS_OF_TIME = (
-    Unit("s", 1.0, "s sec secs", "second seconds", prefixed=True),
-    Unit("min", 60.0, "min mins", "minute minutes"),
-    Unit("h", 3600.0, "h hr hrs", "hour hours"),
-    Unit("d", 86_400.0, "d", "day days"),
-)
+_UNITS_OF_TIME = tuple(UNITS[name] for name in ("s", "min", "h", "d"))
 #: That a recording is drawn over: its sample time is in s, whatever the plant.
 TIME = Quantity(_UNITS_OF_TIME, (*_UNITS_OF_TIME, Unit("ms", 1e-3), Unit("μs", 1e-6)))
 
