@@ -46,7 +46,7 @@ _Answers = tuple[Claims, Mapping[Where, Problem]]  # of a run of the solutions, 
 _AT_ONCE = 2  # runs of notebooks
 _INSTALL_SECONDS = 240.0
 _RUN_SECONDS = 600.0
-_OFFLINE = "Retrying"  # pip says so of an index that it cannot reach
+_BUILT_BY = "hatchling"  # every release needs it: where pip does not find it, it finds nothing
 _CODE = re.compile(r"`([A-Za-z_]\w*)`")  # a name in a text
 _NUMBER = re.compile(r"[-−]?\d[\d.e+-]*")
 _SCRIPT = """
@@ -180,21 +180,24 @@ def check_fresh(course: Course, released: Bundle) -> Iterator[CourseFault]:
         python = home / "env" / ("Scripts" if os.name == "nt" else "bin") / "python"
         environment = {name: os.environ[name] for name in os.environ if not name.startswith(("PYTHON", "LABCOURSE"))}
         command = partial(subprocess.run, capture_output=True, text=True, encoding="utf-8", env=environment)
-        install = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(made.folder)]
-        for step in ([sys.executable, "-m", "venv", str(home / "env")], install):
+        install = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+        prepare = ([sys.executable, "-m", "venv", str(home / "env")], [*install, _BUILT_BY])
+        for step in (*prepare, [*install, str(made.folder)]):
             try:
                 done = command(step, timeout=_INSTALL_SECONDS)
             except subprocess.TimeoutExpired:
-                done = subprocess.CompletedProcess(step, 1, "", f"{_OFFLINE}: it took more than {_INSTALL_SECONDS:g} s")
+                done = subprocess.CompletedProcess(step, 1, "", f"it takes more than {_INSTALL_SECONDS:g} s")
             if done.returncode:
-                why = (done.stderr or done.stdout).strip().splitlines()[-1:]
-                is_note = step is not install or _OFFLINE in done.stderr
-                left_out = "the release was not tried in a fresh environment" if is_note else "it cannot be installed"
-                yield CourseFault("the release", f"{left_out}: {''.join(why)}", is_note)
+                lines = (done.stderr or done.stdout).strip().splitlines()
+                why = next((line for line in lines if line.startswith("ERROR")), lines[-1])
+                left_out = (
+                    "the release was not tried in a fresh environment" if step in prepare else "it is not installed"
+                )
+                yield CourseFault("the release", f"{left_out}: {why}", step in prepare)
                 return
         work, job = home / "work", home / "job.json"
         shutil.copytree(made.folder / NOTEBOOKS, work)
-        notebooks = merged(released.pristine, course_check.solved_cells(course, released.pristine))
+        notebooks = merged(released.pristine, course_check.solved_cells(course, released.pristine), every_cell=True)
         content = {
             "notebooks": notebooks.notebooks,
             "folder": str(work),

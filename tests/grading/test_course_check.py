@@ -222,7 +222,7 @@ def test_the_solutions_earn_all_and_wrong_answers_nothing(claims):
 
 def omega_n(expected, **others):
     check = Number("it", expected, **{"rtol": 0.05, **others})
-    return replace(OURS, key={**OURS.key, "2.11": {**OURS.key["2.11"], "omega_n": check}})
+    return replace(OURS, key={"2.11": {**OURS.key["2.11"], "omega_n": check}})
 
 
 @pytest.mark.parametrize(

@@ -284,6 +284,11 @@ def _build_wheel(package: Path, local: str, out: Path, course: str = "", require
     -------
     Path
         The wheel.
+
+    Raises
+    ------
+    GradingError
+        If what the course needs besides is not written as pip takes it.
     """
     from hatchling.builders.wheel import WheelBuilder
     from hatchling.metadata.core import ProjectMetadata
@@ -294,7 +299,11 @@ def _build_wheel(package: Path, local: str, out: Path, course: str = "", require
     config = {"project": _wheel_metadata(package.name, local, course, requires), "tool": tool}
     builder = WheelBuilder(root, metadata=ProjectMetadata(root, PluginManager(), config))
     out.mkdir(exist_ok=True)
-    return Path(next(iter(builder.build(directory=str(out), versions=["standard"]))))
+    try:
+        return Path(next(iter(builder.build(directory=str(out), versions=["standard"]))))
+    except ValueError as error:
+        advice = "In course.py, each text in requires=(…) is one package, as pip takes it."
+        raise GradingError(f"The wheel of {package.name} cannot be made: {error} {advice}") from None
 
 
 def _wheel_metadata(package: str, local: str, course: str, requires: Sequence[str]) -> dict[str, Any]:
