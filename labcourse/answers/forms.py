@@ -72,7 +72,8 @@ def encode(part: Part, value: Any, probe_seed: int) -> Encoded:
     from labcourse.answers import schema
 
     check_given(value)
-    value = units.plain(value, part.unit or part.usual.unit)
+    unit = part.unit or part.usual.unit
+    value = [units.plain(entry, unit) for entry in value] if isinstance(value, list) else units.plain(value, unit)
     if part.kind == "function":
         fields, hints = _encode_function(part, value, probe_seed)
     else:
@@ -191,7 +192,7 @@ def _plausibility(part: Part, number: float) -> Hints:
 
 
 def _out_of_range(
-    number: float, plausible: tuple[float, float] | None, unit: str, noun: str, *more: list[units.Slip]
+    number: float, plausible: tuple[float, float] | None, unit: str, noun: str, *more: list[units.UnitSlip]
 ) -> Hints:
     """Return a hint if a number is out of its plausible range: at a slip of units that explains it, if there is one.
 

@@ -63,12 +63,13 @@ _TABLE = (
     Unit("%", 1e-2, "%", "percent", quantity="ratio"),
 )
 UNITS = {unit.name: unit for unit in _TABLE}  #: name → unit
-Slip = tuple[float, float, str]  #: (factor, offset, name): the number times the factor, plus the offset, is in the unit
+#: (factor, offset, name): the number times the factor, plus the offset, is in the unit.
+UnitSlip = tuple[float, float, str]
 _POWERS = {"²": 2, "³": 3}
 _FAR = 1000.0  # ratio of units that nobody takes for each other in a quotient that has another slip already
 
 
-def slips(text: str) -> Iterator[list[Slip]]:
+def slips(text: str) -> Iterator[list[UnitSlip]]:
     """Yield groups of what a number may have been given in if it is not in a unit, likelier groups first.
 
     Parameters
@@ -84,7 +85,7 @@ def slips(text: str) -> Iterator[list[Slip]]:
     yield [(top / bottom, 0.0, _in(name, below)) for top, _zero, name in tops for bottom, below in near]
 
 
-def rough_slips(text: str) -> Iterator[list[Slip]]:
+def rough_slips(text: str) -> Iterator[list[UnitSlip]]:
     """Yield groups of factors by which a number in a unit is often off, wherever they come from."""
     angles = {180 / pi: "180/pi, as between degrees and radians", 2 * pi: "2 pi, as between hertz and rad/s"}
     for factors in (angles if "rad" in text or "deg" in text else {}, {1000.0: "a factor of 1000 (milli, kilo)"}):

@@ -532,6 +532,7 @@ MEASURED = SimpleNamespace(nominal_value=19.9, std_dev=0.2)  # as ufloat(19.9, 0
         (matrix("A", (1, 2), "", ""), Quantity(SI=np.array([1.0, 2.0])), "A = [1, 2]"),
         (matrix("A", (1, 2), "", ""), [MEASURED, 3], "A = [19.9, 3]"),
         (poles("p", 2, "", ""), [MEASURED, -3], "p = -3, 19.9"),
+        (poles("p", 2, "", ""), [Quantity(**{"1/s": -2.0}), -3], "p = -3, -2"),
     ],
 )
 def test_a_quantity_is_converted_and_an_uncertainty_is_stored_and_shown(wanted, value, said):
