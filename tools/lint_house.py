@@ -164,6 +164,7 @@ NO_STUDENTS_TEXT = {
     "labcourse/run/place.py": "the course bar is at home",
     "labcourse/run/inside/private_interfaces.py": "versions of installed libraries",
     "labcourse/grading/course_check.py": "the course's own texts",
+    "labcourse/grading/rehearse.py": "the course's own texts",
     "labcourse/grading/gradebook/database.py": "the address of the gradebook",
     "labcourse/grading/gradebook/persons.py": "a name of the roster as it is written, without repeats",
     "labcourse/grading/gradebook/roster.py": "the instructor's roster",

@@ -54,6 +54,7 @@ from labcourse.sentences import sentence
 #: Student for the run of the solutions: on this bench no result is so near a limit that two answers are right.
 SOLUTIONS_STUDENT = "checks"
 SEED = 20  #: from which the inputs of functions are drawn
+_LONGEST_SHOWN = 60  # characters of an answer
 _LARGEST_RTOL = 0.35  # by more, an answer is wrong
 _TOLERANCES = ("rtol", "atol", "follow_rtol", "peak_rtol", "largest")  # attributes of checks
 _HINT = {  # kind of a part → what to look at if its solution is not right
@@ -434,7 +435,7 @@ def _faults_of_prediction(course: Course, item: Predictable, answers: list[Any])
     if item.part.choices and seen not in item.part.choices:
         yield f"what is seen of it, {seen!r}, is none of its choices."
     elif not item.part.choices and not (isinstance(seen, int | float | np.number) and low <= seen <= high):
-        yield f"what is seen of it, {str(seen)[:60]}, is outside of what the catalogue calls plausible."
+        yield f"what is seen of it, {str(seen)[:_LONGEST_SHOWN]}, is outside of what the catalogue calls plausible."
 
 
 class _KnownAnswers:
@@ -500,7 +501,8 @@ def _faults_of_check(
         for what, wrong in [*wrong_answers(part, value), *slips_of(check, part, case)]:
             verdict = _verdict(check, part, wrong, case)
             if verdict.status in (Status.RIGHT, Status.FOLLOW_THROUGH):
-                taken = f"{what} ({str(wrong)[:60]}) is taken for right: {sentence(verdict.reason)}"
+                why = sentence(verdict.reason) + " Is follow=… right?" * (verdict.status is Status.FOLLOW_THROUGH)
+                taken = f"{what} ({str(wrong)[:_LONGEST_SHOWN]}) is taken for right: {why}"
                 # Numbers may be so near a limit on some benches that they agree with two choices.
                 yield fault(taken, part.kind == "choice" and student != SOLUTIONS_STUDENT)
                 break

@@ -33,6 +33,7 @@ from labcourse.grading.course_check import SEED, SOLUTIONS_STUDENT, CourseFault
 from labcourse.grading.marking import marking
 from labcourse.grading.marking.checks import RecordingOf
 from labcourse.grading.marking.decoding import Claims
+from labcourse.grading.marking.figure_checks import FigureFollows
 from labcourse.grading.release import student_course, student_notebooks
 from labcourse.grading.running import bundle
 from labcourse.grading.running.bundle import Bundle
@@ -46,6 +47,7 @@ _Answers = tuple[Claims, Mapping[Where, Problem]]  # of a run of the solutions, 
 _AT_ONCE = 2  # runs of notebooks
 _INSTALL_SECONDS = 240.0
 _RUN_SECONDS = 600.0
+_LEFT_OUT = "it was not tried in a fresh environment"
 _BUILT_BY = "hatchling"  # every release needs it: where pip does not find it, it finds nothing
 _CODE = re.compile(r"`([A-Za-z_]\w*)`")  # a name in a text
 _NUMBER = re.compile(r"[-−]?\d[\d.e+-]*")
@@ -136,8 +138,18 @@ def check_bench(course: Course, student: str, answers: _Answers) -> Iterator[Cou
         where, check = course_check.in_key(course, question, part), course.key[question.number][part.name]
         if (points := marking.mark_part(course, question, part, empty, case).points) > 0:
             yield CourseFault(where, f"an empty hand-in earns {points:g} points.")
+        if isinstance(check, FigureFollows) and (size := _size(check, course.true_bench(student))) > check.largest:
+            yield CourseFault(where, f"its largest is {check.largest:g}, and {check.channel} reaches {size:g}.")
         if isinstance(check, RecordingOf):
             yield from (CourseFault(where, fault) for fault in _repeated(course, check, student))
+
+
+def _size(check: FigureFollows, bench: object) -> float:
+    """Return the largest absolute value in the channel that a figure shows; 0 if it cannot be recorded."""
+    try:
+        return float(np.abs(check.recording(bench).channels[check.channel].values).max())
+    except Exception:  # the solution's mark has said so
+        return 0.0
 
 
 def _repeated(course: Course, check: RecordingOf, student: str) -> Iterator[str]:
@@ -158,7 +170,7 @@ def differences(first: Claims, again: Claims) -> Iterator[CourseFault]:
     """Find recordings that differ between two runs of the same notebooks."""
     for (question, part), content in first.contents.items():
         if content.get("kind") == "recording" and again.contents.get((question, part)) != content:
-            what = "a second run of the notebooks gives other values in this experiment, if only in the last digit."
+            what = "it does not repeat: a second run of the notebooks gives other values, if only in the last digit."
             yield CourseFault(f"question {question}, {part}", what)
 
 
@@ -186,13 +198,12 @@ def check_fresh(course: Course, released: Bundle) -> Iterator[CourseFault]:
             try:
                 done = command(step, timeout=_INSTALL_SECONDS)
             except subprocess.TimeoutExpired:
-                done = subprocess.CompletedProcess(step, 1, "", f"it takes more than {_INSTALL_SECONDS:g} s")
+                yield CourseFault("the release", f"{_LEFT_OUT}: pip takes more than {_INSTALL_SECONDS:g} s.", True)
+                return
             if done.returncode:
                 lines = (done.stderr or done.stdout).strip().splitlines()
                 why = next((line for line in lines if line.startswith("ERROR")), lines[-1])
-                left_out = (
-                    "the release was not tried in a fresh environment" if step in prepare else "it is not installed"
-                )
+                left_out = _LEFT_OUT if step in prepare else "it is not installed"
                 yield CourseFault("the release", f"{left_out}: {why}", step in prepare)
                 return
         work, job = home / "work", home / "job.json"

@@ -9,9 +9,12 @@ import pytest
 
 from labcourse.answers.parts import Predictable, number
 from labcourse.grading import course_check, rehearse
+from labcourse.grading.marking import marking
 from labcourse.grading.marking.checks import Number
+from labcourse.grading.marking.decoding import Claims
+from labcourse.grading.marks import Status
 from labcourse.grading.running import bundle
-from labcourse.grading.verdicts import right
+from labcourse.grading.verdicts import Case, right
 
 MASS = 0.5  # kg
 STUDENTS = ("rehearsal-1", "rehearsal-2")
@@ -78,6 +81,8 @@ class AlwaysRight:
         (omega(slips=lambda bench: {"in rpm": bench.rpm}), "1.3 omega", "rpm"),
         (omega(rtol=3.0), "1.3 omega", "wrong answer"),
         ({"k": Number(**K | {"expected": lambda bench: None})}, "1.2 k", "None"),
+        ({"k": Number(**K | {"expected": lambda bench: "stiff"})}, "1.2 k", "'stiff'"),
+        ({"k": Number(**K | {"expected": lambda bench: [bench.k, 1.0]})}, "1.2 k", "1 finite number"),
         ({"k": Number(**K | {"expected": lambda bench: math.log(bench.k - 1e3)})}, "1.2 k", "ValueError"),
         ({"k": AlwaysRight()}, "1.2 k", "empty hand-in"),
     ],
@@ -179,3 +184,33 @@ def test_a_fault_on_some_benches_comes_once_with_their_number(spoilt):
     found = [fault for fault in rehearse.rehearse(course, 6, done.append) if fault.where.startswith("the key, 1.2 k")]
     assert len(found) == 1 and "of 6 benches" in found[0].what
     assert any("bench 6 of 6" in step for step in done)
+
+
+def test_what_follows_from_an_answer_that_waits_waits_too(course):
+    k = Number(**K | {"follow": lambda own: MASS * own("1.3", "omega") ** 2})
+    limited = replace(spoilt_key(course, k=k, **omega()), follow_limit=1000.0)
+    stiff = 1e9  # N/m, of which the plausible ones end at 1000
+    claims = Claims(values={("1.2", "k"): stiff, ("1.3", "omega"): math.sqrt(stiff / MASS)})
+    claims.contents.update({where: {"kind": "number", "value": value} for where, value in claims.values.items()})
+    case = marking.case_of(limited, claims, limited.true_bench("ada"), 1)
+
+    def status(number, name):
+        question = limited.catalogue.find(number)
+        return marking.mark_part(limited, question, question.part(name), claims, case).status
+
+    assert not marking.is_absurd(limited, ("1.3", "omega"), claims.values["1.3", "omega"])
+    assert [status("1.3", "omega"), status("1.2", "k")] == [Status.FOR_A_PERSON, Status.FOR_A_PERSON]
+    claims.waiting.clear()
+    assert status("1.2", "k") is Status.FOLLOW_THROUGH
+
+
+def no_other(question, part):
+    raise LookupError
+
+
+def test_a_number_in_another_unit_is_named_as_such(course):
+    limited = spoilt_key(course, **omega())
+    bench, part = limited.true_bench("ada"), limited.catalogue.find("1.3").part("omega")
+    check = limited.key["1.3"]["omega"]
+    verdict = check.verdict(part, bench.omega / (2 * math.pi), Case(bench, no_other, 1))
+    assert verdict.status is Status.WRONG and "in hertz" in verdict.reason

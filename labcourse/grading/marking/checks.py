@@ -7,6 +7,7 @@ instructor can defend. Reasons do not give the expected value away.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labcourse.answers import units
 from labcourse.answers.forms import Sampled
 from labcourse.answers.json_values import thin
 from labcourse.answers.parts import WHOLE, Part
@@ -23,6 +25,7 @@ from labcourse.errors import CourseError
 from labcourse.grading import verdicts
 from labcourse.grading.marks import Status
 from labcourse.grading.verdicts import EARLIER_ANSWERS, Case, NothingFollows, OwnAnswers, OwnBench, Verdict
+from labcourse.messages import number_of
 
 MOST_RUNS = 1000  #: of an experiment, far more than anybody makes: a bench repeats none beyond
 _FIRST_RUN = 1  # counted as people count
@@ -104,8 +107,9 @@ class _Numbers:
         """
         tolerance = _tolerance_text(self.rtol, self.atol, part.unit or part.usual.unit)
         expected = self.expected(case.bench)
-        if not np.all(np.isfinite(np.asarray(expected, dtype=complex))) or np.size(expected) != np.size(value):
-            raise TypeError(f"the key expects {expected}, where {np.size(value)} finite numbers are asked for")
+        if not _are_numbers(expected) or np.size(expected) != np.size(value):
+            asked = number_of(np.size(value), "finite number")
+            raise TypeError(f"the key expects {expected!r}, and the answer is {asked}")
         if self._agrees(value, expected, self.rtol):
             return verdicts.right(f"Within {tolerance} of {self.what}.")
         own, why = value_from_own(self.follow, case.own)
@@ -114,6 +118,9 @@ class _Numbers:
         for slip, numbers in self._all_slips(case.bench).items():
             if self._agrees(value, numbers, self.rtol):
                 return verdicts.wrong(f"Not {self.what}: {slip}.")
+        for factor, offset, unit in itertools.chain(*units.slips(part.unit)) if part.kind == "number" else ():
+            if self._agrees(value * factor + offset, expected, self.rtol):
+                return verdicts.wrong(f"Not {self.what}: it looks like it is {unit}.")
         disagrees = f" It does not agree with {self.follow_what} either." if own is not None else why
         return verdicts.wrong(f"More than {tolerance} off {self.what}.{disagrees}")
 
@@ -131,6 +138,14 @@ class _Numbers:
     def _all_slips(self, bench: Any) -> Mapping[str, Any]:
         """Return common mistakes: what was done → the value that it leads to on this bench."""
         return self.slips(bench)
+
+
+def _are_numbers(value: Any) -> bool:
+    """Return whether a value is numbers, real or complex, all of them finite."""
+    try:
+        return bool(np.all(np.isfinite(np.asarray(value, dtype=complex))))
+    except (TypeError, ValueError):
+        return False
 
 
 def _tolerance_text(rtol: float, atol: float, unit: str) -> str:
@@ -374,6 +389,9 @@ class RecordingOf:
             return verdicts.wrong(
                 "It has another length or sample time than the experiment as the notebook describes it."
             )
+        if self.channel not in expected.channels:
+            channels = ", ".join(expected.channels)
+            raise TypeError(f"the key compares {self.channel}, and its experiment records {channels}")
         samples = value["channels"][self.channel]["values"]
         wanted = expected.channels[self.channel].values
         difference = misfit(samples, wanted[thin(len(expected), samples.size)])

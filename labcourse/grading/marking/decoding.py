@@ -66,6 +66,7 @@ class Claims:
     values : (question, part) → value, see :func:`labcourse.answers.forms.decode`
     contents : (question, part) → the plain data that it was read from
     malformed : (question, part) → why the data is not an answer to it
+    waiting : (question, part) that were marked, and wait for a person because they follow from an absurd answer
     problems, notes : what the instructor should read, and what they may read
     """
 
@@ -74,6 +75,7 @@ class Claims:
     values: dict[tuple[str, str], Any] = field(default_factory=dict)
     contents: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
     malformed: dict[tuple[str, str], str] = field(default_factory=dict)
+    waiting: set[tuple[str, str]] = field(default_factory=set)
     problems: list[Reason] = field(default_factory=list)
     notes: list[Reason] = field(default_factory=list)
 

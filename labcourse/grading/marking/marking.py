@@ -27,6 +27,7 @@ from typing import Any
 
 import numpy as np
 
+import labcourse
 from labcourse.answers import forms
 from labcourse.answers.parts import WHOLE, Part, Question
 from labcourse.errors import CourseError
@@ -119,10 +120,11 @@ def mark_part(course: Course, question: Question, part: Part, claims: Claims, ca
     if where in claims.values:
         own = _Remembered(case.own)
         verdict = _judge(course, lambda: check.verdict(part, claims.values[where], replace(case, own=own)))
-        absurd = [", ".join(other) for other, value in own.used.items() if is_absurd(course, other, value)]
+        absurd = [", ".join(at) for at in own.used if at in claims.waiting or is_absurd(course, at, own.used[at])]
         if absurd and verdict.status is Status.FOLLOW_THROUGH:
             why = Problem.of(Code.FOLLOWS_FROM_ABSURD, reason=verdict.reason, own="; ".join(absurd))
             verdict = Verdict(Status.FOR_A_PERSON, 0.0, why)
+            claims.waiting.add(where)
     elif where in claims.malformed:
         verdict = Verdict(Status.WRONG, 0.0, Problem.of(Code.MALFORMED, error=claims.malformed[where]))
     else:
@@ -185,12 +187,12 @@ def _judge(course: Course, judge: Callable[[], Verdict]) -> Verdict:
 def error_and_line(course: Course, error: Exception) -> str:
     """Return an error as text, with file and line of the course's last code that it passed.
 
-    If it passed none in the course's folder and packages, they are those of the last code outside of this folder.
+    If it passed none in the course's folder and packages, they are those of the last code outside of labcourse.
     """
-    marking_folder = Path(__file__).resolve().parent
+    engine = Path(labcourse.__file__).resolve().parent
     own = [folder.resolve() for folder in (course.folder, *map(package_folder, course.packages))]
     frames = [(Path(frame.filename).resolve(), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
-    others = [frame for frame in frames if frame[0].parent != marking_folder]
+    others = [frame for frame in frames if not frame[0].is_relative_to(engine)]
     of_course = [frame for frame in others if any(map(frame[0].is_relative_to, own))]
     place = "".join(f" ({path.name}, line {line})" for path, line in (of_course or others)[-1:])
     return f"{type(error).__name__}: {error}{place}"

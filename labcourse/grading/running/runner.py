@@ -43,6 +43,8 @@ _RETRIES = 3  # of a submission after its worker was lost
 # Copy matplotlib's list of fonts ($0, its folder) to where matplotlib could write it; then become the command ($@).
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
 
+_CANNOT_IMPORT = ("ImportError", "ModuleNotFoundError")
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunLimits:
@@ -119,7 +121,11 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ra
         run(packed, replace(job, notebooks={}, files={}, evidence="", shown=()), cancelled)
     elif outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
-        raise GradingError(f"The released course cannot be run here: {lines[-1] if lines else 'it printed nothing'}")
+        why = lines[-1] if lines else "it printed nothing"
+        advice = " In course.py, packages, requires and withheld decide what can be imported." * why.startswith(
+            _CANNOT_IMPORT
+        )
+        raise GradingError(f"The released course cannot be run here: {why}{advice}")
     return outcome.files, tuple(_problems(outcome, job.limits))
 
 
