@@ -156,6 +156,15 @@ def check_files(course: Course) -> Iterator[CourseFault]:
     """Find faults of the rubric, of codes that questions carry, of the map to outcomes, and of the scoring sheets."""
     catalogue = course.catalogue
     yield from (CourseFault(RUBRIC_FILE, fault) for fault in rubric.examine(course.folder, catalogue)[1])
+    for item in catalogue.report_items:
+        for number, name in item.shows:
+            try:
+                question = catalogue.find(number)
+                question.part(name or question.names[0])
+            except AnswerError as error:
+                yield CourseFault(
+                    f"the catalogue, {item.report} {item.number}", f"it shows what does not exist. {error}"
+                )
     for number, question in catalogue.marked.items():
         for code in dict.fromkeys([*question.outcomes, *(part.outcome for part in question.parts if part.outcome)]):
             if code not in catalogue.outcomes:
@@ -485,8 +494,9 @@ def _faults_of_check(
         if status is Status.MISSING:
             yield fault(f"the solution records no answer: {sentence(missing_reason)}")
         elif status is not expected:
+            hint = "" if value is None else _HINT.get(part.kind, "")
             earned = f"{mark.points:g} of {mark.out_of:g} points, {mark.status.value}"
-            yield fault(f"the solution gets {earned}: {sentence(mark.reason)}{_HINT.get(part.kind, '')}")
+            yield fault(f"the solution gets {earned}: {sentence(mark.reason)}{hint}")
         if value is None or expected is Status.FOR_A_PERSON:
             return
         if part.plausible and not part.plausible[0] <= value <= part.plausible[1]:

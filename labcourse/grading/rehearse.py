@@ -111,7 +111,7 @@ def check_names(course: Course) -> Iterator[CourseFault]:
             names = set(_CODE.findall("\n".join(texts[begin:])))
             others = names.difference(course.catalogue.find(entry.question).names)
             for part in [part for _question, part in asked if part not in names and not entry.in_words]:
-                for name in get_close_matches(part, others, 1):
+                for name in (name for name in others if get_close_matches(part.lower(), [name.lower()])):
                     yield CourseFault(f"{path.name}, {entry.question}", f"its text has {name}, not {part}.", True)
 
 

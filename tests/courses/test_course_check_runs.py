@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from labcourse.answers.parts import ReportItem
 from labcourse.errors import GradingError
 from labcourse.grading import course as courses
 from labcourse.grading import course_check
@@ -36,11 +37,26 @@ def test_a_notebook_that_stops_when_nothing_is_filled_in_is_told_with_its_cell(s
     assert said in stops.get(place, "")
 
 
-def test_a_text_that_gives_no_notebook_is_reported(spoilt):
+@pytest.mark.parametrize(
+    ("cells", "cause"),
+    [
+        ("# %% answer 9.9\nx = 1\n", "02_text.py, cell 'answer 9.9'"),
+        ("# %% answer 1.2\nk = 1\n" * 2, "2 cells begin with"),
+    ],
+)
+def test_a_text_that_gives_no_notebook_is_reported(spoilt, cells, cause):
     course = spoilt()
-    (course.folder / "02_text.py").write_text("# %% answer 9.9\nx = 1\n", encoding="utf-8")
+    (course.folder / "02_text.py").write_text(cells, encoding="utf-8")
     (told,) = found(course, run=False).items()
-    assert told[0] == "the texts of the notebooks" and "02_text.py, cell 'answer 9.9'" in told[1]
+    assert told[0] == "the texts of the notebooks" and cause in told[1]
+
+
+@pytest.mark.parametrize("shows", [("1.2", "stiffness"), ("2.2", "")])
+def test_a_row_of_a_report_that_shows_nothing_is_reported(spoilt, shows):
+    course = spoilt()
+    course.catalogue.report_items = (ReportItem("Report", "1", "Results", "What came out.", (), (("1.1", ""), shows)),)
+    (fault,) = course_check.check_files(course)
+    assert fault.where == "the catalogue, Report 1" and " ".join(shows).split()[-1] in fault.what
 
 
 @pytest.mark.usefixtures("sandbox")

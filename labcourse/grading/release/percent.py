@@ -128,10 +128,13 @@ class _CellMaker:
         Raises
         ------
         GradingError
-            If a cell answers what the catalogue does not have, or is not written as it should be.
+            If a cell answers what the catalogue does not have, or is not written as it should be, or two have one name.
         """
         titled = [(cell, *self._question_and_parts(cell.metadata.get("title", ""))) for cell in written]
         self._separate = {(question.number, part.name) for _, question, parts in titled if question for part in parts}
+        for title, count in Counter(cell.metadata.get("title", "") for cell in written).items():
+            if title and count > 1:
+                raise GradingError(f"{self._name}: {count} cells begin with # %% {title}; one cell has a name.")
         waiting: list[NotebookNode] = []
         for place, (cell, question, parts) in enumerate(titled):
             made = [] if question is None else [*self._answer_cells(cell, question, parts)]
