@@ -488,8 +488,8 @@ def _marked_again(
     Only the marks of the chosen questions change; ``digest`` is that of the key as it is now.
     """
     run = graded.run
-    if run.answers is None and not run.words and not graded_run.submission_of(run).documents:
-        return Regraded(graded, graded)  # nothing could be read of it, or it could not be run
+    if graded_run.is_failed(run):
+        return Regraded(graded, graded)  # it could not be run, so no key gives it other marks
 
     def again(one: Graded) -> Graded:
         """Mark one run anew."""

@@ -12,8 +12,10 @@ from gradebooks import enrol, graded, mark, prose, record, rows
 from made_courses import OURS
 
 from labcourse.errors import GradingError
+from labcourse.grading import counting
 from labcourse.grading.counting import Regraded
 from labcourse.grading.gradebook import DECIDED, Delivery, Gradebook
+from labcourse.grading.marking.marking_processes import marking_digest
 from labcourse.grading.marks import Mark
 from labcourse.grading.settings import Assignment, CourseSettings, LateSettings
 from labcourse.problems import Code, Problem
@@ -202,3 +204,11 @@ def test_history_begins_with_what_persons_did_and_has_lateness_and_no_change_tha
     assert f"{SECOND}: excused" in only and FIRST not in only and "2.11" not in only
     decided = rotflex("history", tmp_path, "bob").output
     assert f"2026-03-01 12:00 UTC ({DECIDED}). It was due on 2026-03-01 18:00 UTC. It is in time." in decided
+
+
+def test_who_left_no_answers_is_marked_again_with_the_others(tmp_path):
+    with Gradebook(tmp_path / "book.sqlite") as opened:
+        record(opened, graded("bob", mark(status="missing", points=0.0), answers=None, words={}))
+        (done,) = counting.regrade(opened, OURS)
+        assert not done.problem and {one.points for one in done.after.marks} == {0.0}
+        assert opened.current("bob").key_digest == marking_digest(OURS)
