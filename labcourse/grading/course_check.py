@@ -57,9 +57,7 @@ SEED = 20  #: from which the inputs of functions are drawn
 _LONGEST_SHOWN = 60  # characters of an answer
 _LARGEST_RTOL = 0.35  # by more, an answer is wrong
 _TOLERANCES = ("rtol", "atol", "follow_rtol", "peak_rtol", "largest")  # attributes of checks
-_HINT = {  # kind of a part → what to look at if its solution is not right
-    "recording": " Do the session and course.py make the same bench, and is it the same experiment each time?",
-}
+_HINT = " Do the session and course.py make the same bench, and is it the same experiment each time?"
 _PICTURE = re.compile(r"""!\[[^]]*\]\(([^)\s]+\.\w+)|<img[^>]*\ssrc=["']([^"']+)""")  # in Markdown, in HTML
 _LIMITS = runner.RunLimits(cell=300, submission=1800.0)  # generous: these are the course's own notebooks
 
@@ -490,11 +488,12 @@ def _faults_of_check(
     doing = "it fails"
     try:
         mark = marking.mark_part(course, question, part, claims, case)
-        status = mark.status if value is None else _verdict(check, part, value, case).status
-        if status is Status.MISSING:
+        if value is not None and mark.status is not expected:
+            _verdict(check, part, value, case)  # raises what marking leaves to a person
+        if mark.status is Status.MISSING:
             yield fault(f"the solution records no answer: {sentence(missing_reason)}")
-        elif status is not expected:
-            hint = "" if value is None else _HINT.get(part.kind, "")
+        elif mark.status is not expected:
+            hint = _HINT if part.kind == "recording" and value is not None else ""
             earned = f"{mark.points:g} of {mark.out_of:g} points, {mark.status.value}"
             yield fault(f"the solution gets {earned}: {sentence(mark.reason)}{hint}")
         if value is None or expected is Status.FOR_A_PERSON:

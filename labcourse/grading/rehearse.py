@@ -85,16 +85,18 @@ def rehearse(course: Course, benches: int, progress: Callable[[str], None]) -> I
     yield from check_fresh(course, released)
     found: dict[tuple[str, str], tuple[CourseFault, list[str]]] = {}
     students = [f"rehearsal-{number}" for number in range(1, benches + 1)]
-    with ThreadPoolExecutor(_AT_ONCE) as runs:
+    runs = ThreadPoolExecutor(_AT_ONCE)
+    try:
         run = partial(course_check.answers_of_solutions, course, released)
         again, *given = [runs.submit(run, student) for student in (students[0], *students)]
         for number, (student, answers) in enumerate(zip(students, given, strict=True), 1):
             progress(f"bench {number} of {benches}")
-            for kind, fault in {
-                _kind(fault): fault for fault in check_bench(course, student, answers.result())
-            }.items():
+            faults = {_kind(fault): fault for fault in check_bench(course, student, answers.result())}
+            for kind, fault in faults.items():
                 found.setdefault(kind, (fault, []))[1].append(student)
         yield from differences(given[0].result()[0], again.result()[0])
+    finally:
+        runs.shutdown(cancel_futures=True)  # who stops it waits for the runs that go on, and for no more
     for kind, (fault, on) in found.items():
         if kind not in seen:
             yield replace(fault, what=f"{fault.what} (on {len(on)} of {benches} benches, first for {on[0]})")

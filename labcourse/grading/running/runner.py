@@ -43,8 +43,6 @@ _RETRIES = 3  # of a submission after its worker was lost
 # Copy matplotlib's list of fonts ($0, its folder) to where matplotlib could write it; then become the command ($@).
 _WITH_FONTS = 'mkdir -p "$HOME/.cache" && cp -R "$0" "$HOME/.cache/matplotlib" && exec "$@"'
 
-_CANNOT_IMPORT = ("ImportError", "ModuleNotFoundError")
-
 
 @dataclass(frozen=True, kw_only=True)
 class RunLimits:
@@ -122,10 +120,9 @@ def run(packed: bytes, job: Job, cancelled: threading.Event | None = None) -> Ra
     elif outcome.code == inside.BROKEN:
         lines = outcome.output.decode(errors="replace").strip().splitlines()
         why = lines[-1] if lines else "it printed nothing"
-        advice = " In course.py, packages, requires and withheld decide what can be imported." * why.startswith(
-            _CANNOT_IMPORT
-        )
-        raise GradingError(f"The released course cannot be run here: {why}{advice}")
+        if why.startswith("ModuleNotFoundError"):
+            why += ". In course.py, packages and requires name what students get."
+        raise GradingError(f"The released course cannot be run here: {why}")
     return outcome.files, tuple(_problems(outcome, job.limits))
 
 
