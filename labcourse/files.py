@@ -144,7 +144,9 @@ def read(path: Path, most: int | None = None) -> bytes:
 
 def _opener(name: str | Path, flags: int) -> int:
     """Open a file that may have been replaced just now by a link or a pipe."""
-    return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
+    if sys.platform != "emscripten":  # JupyterLite writes anew what was opened with them, even for reading
+        flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    return os.open(name, flags, 0o666)
 
 
 def version(path: Path) -> tuple[int, ...] | None:

@@ -1,7 +1,8 @@
 """The answer book, which stores a student's answers in ``answers.json``: plain data, never lost.
 
-The file's form is :class:`labcourse.answers.schema.AnswersFile`. It is locked and read anew before each change, so that
-two notebooks may record at once. It is written under a temporary name and renamed, so that a crash leaves the old one.
+The file's form is that of ``answers.schema.json`` (:mod:`labcourse.answers.schema`). It is locked and read anew before
+each change, so that two notebooks may record at once. It is written under a temporary name and renamed, so that a crash
+leaves the old one.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ def parse(data: bytes) -> dict[str, Any]:
     if len(data) > MAX_BYTES:
         raise AnswerError(f"It has {len(data)} bytes; {MAX_BYTES} at most are read.")
     content: dict[str, Any] = schema.load(data)
-    schema.validated(schema.ANSWERS_ADAPTER, "It is not a file of answers", content)
+    schema.check_file(content)
     return {"cells": {}, **content}
 
 

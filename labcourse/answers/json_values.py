@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,17 +13,25 @@ from numpy.typing import NDArray
 from labcourse.errors import AnswerError
 from labcourse.patterns import CELL, pattern
 
-FORMAT = 2  #: of answers.json
+SCHEMA: dict[str, Any] = json.loads(Path(__file__).with_name("answers.schema.json").read_text(encoding="utf-8"))
+
+
+def _bound(definition: str, name: str, rule: str) -> int:
+    """Return what a definition of the schema allows at most, or at least, in a field."""
+    return int(SCHEMA["definitions"][definition]["properties"][name][rule])
+
+
+FORMAT = int(SCHEMA["properties"]["format"]["minimum"])  #: of answers.json
 MAX_INTEGER = 10**20  #: what is typed with 15 digits, in millionths
-LONGEST_PROSE = 5000  #: characters; two pages
-LONGEST_SENTENCE = 1000  #: characters on a prediction: a sentence, and a few more
-LONGEST_LABEL = 200  #: characters: two lines
+LONGEST_PROSE = _bound("prose", "value", "maxLength")  #: characters; two pages
+LONGEST_SENTENCE = _bound("Prediction", "why", "maxLength")  #: characters on a prediction: a sentence, and a few more
+LONGEST_LABEL = int(SCHEMA["definitions"]["Label"]["maxLength"])  #: characters: two lines
 LONGEST_METADATA = 4000  #: characters of JSON; what a bench says of itself, ten times
-MOST_AXES = 8  #: diagrams of a figure: four rows of two
-MOST_LINES = 24  #: curves and marks of one diagram, twice the dozen curves that a reader can distinguish
-CURVE_POINTS = 200  #: that are stored of a curve
-RECORDING_POINTS = 400  #: that are stored of a channel: as many as a plot is wide, halved
-MOST_SAMPLES = 10**7  #: of a recording: more than an hour at 2 kHz
+MOST_AXES = _bound("figure", "axes", "maxItems")  #: diagrams of a figure: four rows of two
+MOST_LINES = _bound("Diagram", "lines", "maxItems")  #: curves and marks of one diagram; a reader can distinguish half
+CURVE_POINTS = int(SCHEMA["definitions"]["Points"]["maxItems"])  #: that are stored of a curve
+RECORDING_POINTS = _bound("Channel", "values", "maxItems")  #: stored of a channel: half of the width of a plot
+MOST_SAMPLES = _bound("recording", "n", "maximum")  #: of a recording: more than an hour at 2 kHz
 _DEEPEST = 8  # lists within each other in which ``...`` is looked for; a list may hold itself
 
 

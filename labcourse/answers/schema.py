@@ -1,36 +1,48 @@
-"""The schema of ``answers.json`` and of the reports on cells: sessions write in this form, and grading reads no other.
+"""The form of ``answers.json`` and of the reports on cells: sessions write in this form, and grading reads no other.
 
-Each kind of answer is a model, known by its ``kind``. A stranger may have written what is read, so the models are
-strict and bounded: exactly the fields that are named, finite numbers, no conversion, nothing evaluated. The JSON Schema
-made of them is ``docs/reference/answers.schema.json`` (``tools/write_schema.py``).
+It is written down as a JSON Schema, ``answers.schema.json``, where each kind of answer has its own definition. A
+stranger may have written what is read, so the form is strict and bounded: exactly the fields that are named, finite
+numbers, no conversion, nothing evaluated. The library that checks it is pure Python, so that answers can be recorded
+in a browser, too.
 """
 
 from __future__ import annotations
 
-import contextlib
+import copy
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
 
+import fastjsonschema
 import numpy as np
-from pydantic import BaseModel, ConfigDict, FailFast, Field, TypeAdapter, ValidationError, WithJsonSchema
-from pydantic.functional_validators import AfterValidator, WrapValidator, model_validator
+from fastjsonschema import JsonSchemaValueException
 
 from labcourse import files
 from labcourse.answers import cell_reports, expressions, json_values
 from labcourse.answers.cell_reports import CellError, CellReport, CellReports, Refusal
-from labcourse.answers.json_values import UNWRITABLE, show_number
+from labcourse.answers.json_values import FORMAT, SCHEMA, UNWRITABLE, show_number
 from labcourse.answers.parts import Part
 from labcourse.errors import AnswerError
 from labcourse.messages import number_of
 
 MAX_DEPTH = 60  #: lists and objects in each other; an expression may have 40 levels of its own
-_CURVE_SAMPLES = 10**9  # two weeks at 1 kHz
-_MOST_ITEMS = 1000  # of a list of any other sort
 _MOST_EVENTS = 6_000  # lines: eleven notebooks of at most some hundred cells
 _MOST_LACKED = 50  # answers of others that a cell asks for
-_LATEST = 2**33  # s since 1970, in 2242; no platform can write years of many digits
+_UNREAD = {"title": "answer", "type": "object"}  # in the file: a malformed one, read later, does not spoil the others
+#: Trees are read by :mod:`labcourse.answers.expressions`, which counts their nodes, too.
+_READ_APART = {"Answer": _UNREAD, "Tree": {"type": "array"}}
+_TYPES = {kind: kind for kind in ("number", "integer", "string")} | {"array": "list", "object": "dictionary"}
+#: What is said of a broken rule of the schema: the rule → words, of the rule's value and of the length that was found.
+_WORDS: dict[str, Callable[[Any, int], str]] = {
+    "type": lambda kind, _n: f"Input should be a valid {_TYPES[kind[0] if isinstance(kind, list) else kind]}",
+    "minItems": lambda least, n: f"List should have at least {number_of(least, 'item')} after validation, not {n}",
+    "maxItems": lambda most, n: f"List should have at most {number_of(most, 'item')} after validation, not {n}",
+    "maxLength": lambda most, _n: f"String should have at most {number_of(most, 'character')}",
+    "pattern": lambda _pattern, _n: "It should be printable text.",
+    "enum": lambda values, _n: f"Input should be {' or '.join(map(repr, values))}",
+}
 
 
 def load(data: bytes, max_depth: int = MAX_DEPTH) -> Any:
@@ -54,67 +66,81 @@ def _integer(digits: str) -> int:
     return int(digits)
 
 
-def validated(adapter: TypeAdapter[Any], what: str, content: Any) -> Any:
-    """Validate plain data. Raises AnswerError with the first thing that is wrong, and where it stands."""
+# --- the schema ------------------------------------------------------------------------------------------------------
+
+
+@cache
+def _validator(name: str) -> Callable[[Any], Any]:
+    """Compile a definition of the schema; "" is the whole file."""
+    definitions = {**SCHEMA["definitions"], **_READ_APART}
+    form = {**SCHEMA, "definitions": definitions}
+    if name:
+        form = {"$schema": SCHEMA["$schema"], "$ref": f"#/definitions/{name}", "definitions": definitions}
+    validate: Callable[[Any], Any] = fastjsonschema.compile(form, use_default=False)
+    return validate
+
+
+def _check(what: str, name: str, content: Any) -> None:
+    """Check plain data. Raises AnswerError with the first thing that is wrong, and where it stands."""
     try:
-        return adapter.validate_python(content)
-    except ValidationError as error:
-        if error.error_count() > _MOST_ITEMS:  # to describe them all would take longer than to read the file
-            raise AnswerError(f"{what}: it has {error.error_count()} faults.") from None
-        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-        place = ascii(".".join(map(str, first["loc"])))[1:-1]
-        message = first["msg"].removeprefix("Value error, ")
-        raise AnswerError(f"{what}: {message[:200]}{f' (at {place[:80]})' if place else ''}") from None
+        _validator(name)(content)
+    except JsonSchemaValueException as error:
+        place, words = _fault(error)
+        raise _error(what, words, [*([name] if name else []), *place]) from None
+
+
+def _error(what: str, words: str, place: Sequence[str]) -> AnswerError:
+    shown = ascii(".".join(place))[1:-1]
+    return AnswerError(f"{what}: {words[:200]}{f' (at {shown[:80]})' if shown else ''}")
+
+
+def _fault(error: JsonSchemaValueException) -> tuple[list[str], str]:
+    """Return the place of a fault, and what is wrong there."""
+    place, rule, form, value = error.path[1:], str(error.rule), error.definition, error.value
+    if rule == "required":
+        missing = next(name for name in form["required"] if name not in value)
+        return [*place, missing], "Field required"
+    if rule == "additionalProperties":
+        extra = next(name for name in value if name not in form["properties"])
+        return [*place, extra], "Extra inputs are not permitted"
+    if form == _UNREAD:
+        return place, "An answer should be an object."
+    if rule in ("minimum", "maximum"):
+        than, strictly = ("greater", "exclusiveMinimum") if rule == "minimum" else ("less", "exclusiveMaximum")
+        return place, f"Input should be {than} than {'' if form.get(strictly) else 'or equal to '}{form[rule]}"
+    length = len(value) if isinstance(value, list) else 0
+    return place, _WORDS[rule](form[rule], length)
+
+
+def check_file(content: Any) -> None:
+    """Check the content of an ``answers.json``; answers in it are read with :func:`read_answer`.
+
+    Raises
+    ------
+    AnswerError
+        If it is not such a file, or a newer one.
+    """
+    what = "It is not a file of answers"
+    number = content.get("format") if isinstance(content, dict) else None
+    if type(number) is int and number > FORMAT:
+        words = f"It has format {number}; this version reads format {FORMAT}: install the newer one."
+        raise _error(what, words, ["format"])
+    _check(what, "", content)
 
 
 # --- answers ---------------------------------------------------------------------------------------------------------
 
 
-def _printable(text: str) -> str:
-    if UNWRITABLE.search(text):
-        raise ValueError("It should be printable text.")
-    return text
-
-
-def _small(metadata: dict[str, Any]) -> dict[str, Any]:
-    """Check that JSON data, which :func:`load` gave, is short and printable."""
-    text = json.dumps(metadata, allow_nan=False, ensure_ascii=False)
-    if len(text) > json_values.LONGEST_METADATA:
-        raise ValueError(f"The metadata should have at most {json_values.LONGEST_METADATA} characters.")
-    _printable(text)
-    return metadata
-
-
-def _tree(tree: list[Any]) -> list[Any]:
-    expressions.check(tree)
-    return tree
-
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-FigureLabel = Annotated[str, Field(max_length=json_values.LONGEST_LABEL), AfterValidator(_printable)]
-CurvePoints = Annotated[list[Finite], FailFast(), Field(max_length=json_values.CURVE_POINTS)]
-Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
-MatrixRow = Annotated[list[Finite], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
-Tree = Annotated[list[Any], AfterValidator(_tree), WithJsonSchema({"type": "array", "format": "tree"})]
-Trees = Annotated[list[Tree], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
-
-
-class Model(BaseModel):
-    """A form with exactly its fields, each of exactly its type."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
-
-
-class NumberAnswer(Model):
+@dataclass(frozen=True)
+class NumberAnswer:
     """One real number, in the part's unit."""
 
-    kind: Literal["number"]
-    value: Finite
-    uncertainty: Annotated[Finite, Field(gt=0.0)] | None = None
+    value: float
+    uncertainty: float | None = None
 
     def decode(self, _part: Part) -> Any:
         """Return a float, without the uncertainty."""
-        return self.value
+        return float(self.value)
 
     def show(self, part: Part) -> str:
         """Describe it, as in " = 19.9 rad/s", or " = 19.9 ± 0.2 rad/s"."""
@@ -122,11 +148,11 @@ class NumberAnswer(Model):
         return f" = {show_number(self.value)}{within} {part.unit}".rstrip()
 
 
-class MatrixAnswer(Model):
+@dataclass(frozen=True)
+class MatrixAnswer:
     """Real numbers, by rows; a vector is one row or, if the part says so, one column."""
 
-    kind: Literal["matrix"]
-    value: Annotated[list[MatrixRow], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
+    value: list[list[float]]
 
     def decode(self, part: Part) -> Any:
         """Return an array of the part's shape."""
@@ -146,11 +172,11 @@ class MatrixAnswer(Model):
         return f": {rows} × {columns} matrix"
 
 
-class PolesAnswer(Model):
+@dataclass(frozen=True)
+class PolesAnswer:
     """Complex numbers, each as [real part, imaginary part], sorted."""
 
-    kind: Literal["poles"]
-    value: Annotated[list[Pair], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
+    value: list[list[float]]
 
     def decode(self, part: Part) -> Any:
         """Return a complex array (count,)."""
@@ -169,10 +195,10 @@ class PolesAnswer(Model):
         return f" = {', '.join(shown)}"
 
 
-class ChoiceAnswer(Model):
+@dataclass(frozen=True)
+class ChoiceAnswer:
     """One of the part's choices."""
 
-    kind: Literal["choice"]
     value: str
 
     def decode(self, part: Part) -> Any:
@@ -186,11 +212,11 @@ class ChoiceAnswer(Model):
         return f" = {self.value}"
 
 
-class ProseAnswer(Model):
+@dataclass(frozen=True)
+class ProseAnswer:
     """Text for a person to read."""
 
-    kind: Literal["prose"]
-    value: Annotated[str, Field(max_length=json_values.LONGEST_PROSE), AfterValidator(_printable)]
+    value: str
 
     def decode(self, _part: Part) -> Any:
         """Return the text."""
@@ -201,32 +227,39 @@ class ProseAnswer(Model):
         return f": {number_of(len(self.value.split()), 'word')}"
 
 
-class SymbolicAnswer(Model):
+class SymbolicAnswer:
     """What answers that are made of trees (:mod:`labcourse.answers.expressions`) have in common."""
 
     def show(self, part: Part) -> str:
         """Name the kind, and the symbols in it."""
         noun = "{} × {} matrix".format(*part.shape) if part.shape else part.kind
-        return f": {expressions.describe(noun, part.symbols, [value for _name, value in self])}"
+        return f": {expressions.describe(noun, part.symbols, list(vars(self).values()))}"
 
 
+@dataclass(frozen=True)
 class ExpressionAnswer(SymbolicAnswer):
     """An expression, as a tree."""
 
-    kind: Literal["expression"]
-    value: Tree
+    value: list[Any]
+
+    def __post_init__(self) -> None:
+        _check_tree(self.value, "expression.value")
 
     def decode(self, part: Part) -> Any:
         """Return a sympy expression in plain symbols."""
         return expressions.decode(self.value, part.symbols)
 
 
+@dataclass(frozen=True)
 class EquationAnswer(SymbolicAnswer):
     """The two sides of an equation, as trees."""
 
-    kind: Literal["equation"]
-    lhs: Tree
-    rhs: Tree
+    lhs: list[Any]
+    rhs: list[Any]
+
+    def __post_init__(self) -> None:
+        _check_tree(self.lhs, "equation.lhs")
+        _check_tree(self.rhs, "equation.rhs")
 
     def decode(self, part: Part) -> Any:
         """Return a ``sympy.Eq``."""
@@ -236,11 +269,16 @@ class EquationAnswer(SymbolicAnswer):
         return sympy.Eq(*sides, evaluate=False)
 
 
+@dataclass(frozen=True)
 class SymbolicMatrixAnswer(SymbolicAnswer):
     """A matrix of trees, by rows."""
 
-    kind: Literal["symbolic_matrix"]
-    value: Annotated[list[Trees], FailFast(), Field(min_length=1, max_length=_MOST_ITEMS)]
+    value: list[list[Any]]
+
+    def __post_init__(self) -> None:
+        for i, row in enumerate(self.value):
+            for j, tree in enumerate(row):
+                _check_tree(tree, f"symbolic_matrix.value.{i}.{j}")
 
     def decode(self, part: Part) -> Any:
         """Return a ``sympy.Matrix``."""
@@ -250,11 +288,11 @@ class SymbolicMatrixAnswer(SymbolicAnswer):
         return sympy.Matrix([[expressions.decode(tree, part.symbols) for tree in row] for row in self.value])
 
 
-class FunctionAnswer(Model):
+@dataclass(frozen=True)
+class FunctionAnswer:
     """What a function returned for each input of the part's probe, in the probe's form."""
 
-    kind: Literal["function"]
-    outputs: Annotated[list[Any], Field(min_length=1, max_length=_MOST_ITEMS)]
+    outputs: list[Any]
 
     def decode(self, part: Part) -> Any:
         """Return a tuple of arrays for each input."""
@@ -267,64 +305,45 @@ class FunctionAnswer(Model):
         return f": a function, tried on {number_of(len(self.outputs), 'input')}"
 
 
-class StoredCurve(Model):
-    """A curve of a diagram: how many points it shows, and those that are stored."""
+@dataclass(frozen=True)
+class FigureAnswer:
+    """The diagrams of a figure, as they are stored: labels, and for each curve n, x and y."""
 
-    label: FigureLabel
-    n: Annotated[int, Field(ge=0, le=_CURVE_SAMPLES)]
-    x: CurvePoints
-    y: CurvePoints
+    axes: list[dict[str, Any]]
 
-    @model_validator(mode="after")
-    def _as_many(self) -> Self:
-        if len(self.x) != len(self.y):
-            raise ValueError("A curve should have as many x as y.")
-        return self
-
-
-class Diagram(Model):
-    """A diagram of a figure: its labels, and its curves."""
-
-    title: FigureLabel
-    xlabel: FigureLabel
-    ylabel: FigureLabel
-    lines: Annotated[list[StoredCurve], FailFast(), Field(min_length=1, max_length=json_values.MOST_LINES)]
-
-
-class FigureAnswer(Model):
-    """The diagrams of a figure."""
-
-    kind: Literal["figure"]
-    axes: Annotated[list[Diagram], Field(min_length=1, max_length=json_values.MOST_AXES)]
+    def __post_init__(self) -> None:
+        for i, axis in enumerate(self.axes):
+            for j, line in enumerate(axis["lines"]):
+                if len(line["x"]) != len(line["y"]):
+                    raise _Fault("A curve should have as many x as y.", f"figure.axes.{i}.lines.{j}")
 
     def decode(self, _part: Part) -> Any:
         """Return ``{"axes": [...]}`` as it is stored, with arrays for x and y."""
-        content = self.model_dump(exclude={"kind"})
-        for line in (line for axis in content["axes"] for line in axis["lines"]):
-            line.update({name: np.array(line[name], dtype=np.float64) for name in ("x", "y")})
-        return content
+        lines = ([_with_arrays(line, "x", "y") for line in axis["lines"]] for axis in self.axes)
+        return {"axes": [{**axis, "lines": of_axis} for axis, of_axis in zip(self.axes, lines, strict=True)]}
 
     def show(self, _part: Part) -> str:
         """Count diagrams and curves."""
-        curves = number_of(sum(len(axis.lines) for axis in self.axes), "curve")
+        curves = number_of(sum(len(axis["lines"]) for axis in self.axes), "curve")
         return f": {number_of(len(self.axes), 'diagram')}, {curves}"
 
 
-class StoredChannel(Model):
-    """A channel of a recording."""
-
-    unit: Annotated[str, Field(max_length=10)]
-    values: Annotated[list[Finite], FailFast(), Field(max_length=json_values.RECORDING_POINTS)]
-
-
-class RecordingAnswer(Model):
+@dataclass(frozen=True)
+class RecordingAnswer:
     """Signals that were sampled together: ``n`` samples, every ``sample_time`` s."""
 
-    kind: Literal["recording"]
-    metadata: Annotated[dict[str, Any], AfterValidator(_small)]
-    n: Annotated[int, Field(ge=2, le=json_values.MOST_SAMPLES)]
-    sample_time: Annotated[Finite, Field(gt=0.0)]
-    channels: dict[str, StoredChannel]
+    metadata: dict[str, Any]
+    n: int
+    sample_time: float
+    channels: dict[str, dict[str, Any]]
+
+    def __post_init__(self) -> None:
+        text = json.dumps(self.metadata, allow_nan=False, ensure_ascii=False)
+        if len(text) > json_values.LONGEST_METADATA:
+            words = f"The metadata should have at most {json_values.LONGEST_METADATA} characters."
+            raise _Fault(words, "recording.metadata")
+        if UNWRITABLE.search(text):
+            raise _Fault("It should be printable text.", "recording.metadata")
 
     def decode(self, part: Part) -> Any:
         """Return a dict of all fields, with an array for the values of a channel."""
@@ -332,12 +351,10 @@ class RecordingAnswer(Model):
             raise AnswerError(f"The channels should be some of {', '.join(part.units)}, with {part.channels}.")
         points = min(self.n, json_values.RECORDING_POINTS)
         for name, channel in self.channels.items():
-            if channel.unit != part.units[name] or len(channel.values) != points:
+            if channel["unit"] != part.units[name] or len(channel["values"]) != points:
                 raise AnswerError(f"{name} should be {points} values in {part.units[name]}.")
-        content = self.model_dump(exclude={"kind"})
-        for stored in content["channels"].values():
-            stored["values"] = np.array(stored["values"], dtype=np.float64)
-        return content
+        channels = {name: _with_arrays(channel, "values") for name, channel in self.channels.items()}
+        return {**vars(self), "metadata": copy.deepcopy(self.metadata), "channels": channels}
 
     def show(self, _part: Part) -> str:
         """Describe it, as in ": 15 s, 3 channels"."""
@@ -345,20 +362,47 @@ class RecordingAnswer(Model):
         return f": {show_number((self.n - 1) * self.sample_time)} s, {channels}"
 
 
+class _Fault(AnswerError):
+    """What the schema cannot say is broken: words, and the place."""
+
+    def __init__(self, words: str, place: str) -> None:
+        super().__init__(words)
+        self.words, self.place = words, place
+
+
+def _check_tree(tree: list[Any], place: str) -> None:
+    try:
+        expressions.check(tree)
+    except ValueError as error:
+        raise _Fault(str(error), place) from None
+
+
 def _check_shape(part: Part, rows: Sequence[Sequence[Any]]) -> None:
     if [len(row) for row in rows] != [part.rows_and_columns[1]] * part.rows_and_columns[0]:
         raise AnswerError("{} should be a {} × {} matrix.".format(part.name, *part.rows_and_columns))
 
 
-OfValues = NumberAnswer | MatrixAnswer | PolesAnswer | ChoiceAnswer | ProseAnswer
-OfTrees = ExpressionAnswer | EquationAnswer | SymbolicMatrixAnswer
-OfSamples = FunctionAnswer | FigureAnswer | RecordingAnswer
-StoredAnswer = Annotated[OfValues | OfTrees | OfSamples, Field(discriminator="kind")]
-_ANSWER: TypeAdapter[Any] = TypeAdapter(StoredAnswer)
+def _with_arrays(stored: dict[str, Any], *names: str) -> dict[str, Any]:
+    return {**stored, **{name: np.array(stored[name], dtype=np.float64) for name in names}}
+
+
+KINDS: dict[str, Callable[..., Any]] = {
+    "number": NumberAnswer,
+    "matrix": MatrixAnswer,
+    "poles": PolesAnswer,
+    "choice": ChoiceAnswer,
+    "prose": ProseAnswer,
+    "expression": ExpressionAnswer,
+    "equation": EquationAnswer,
+    "symbolic_matrix": SymbolicMatrixAnswer,
+    "function": FunctionAnswer,
+    "figure": FigureAnswer,
+    "recording": RecordingAnswer,
+}
 
 
 def read_answer(part: Part, content: Any) -> Any:
-    """Validate a stored answer to a part, and return its model.
+    """Check a stored answer to a part, plain data as :func:`load` gives it, and return it as an object of its kind.
 
     Raises
     ------
@@ -367,118 +411,14 @@ def read_answer(part: Part, content: Any) -> Any:
     """
     if not isinstance(content, dict) or content.get("kind") != part.kind:
         raise AnswerError(f"{part.name} should be of kind {part.kind}.")
-    return validated(_ANSWER, part.name, content)
-
-
-# --- answers.json ----------------------------------------------------------------------------------------------------
-
-
-def _unread(content: Any, _validate: Any) -> dict[str, Any]:
-    """Leave the validation of an answer to :func:`read_answer`, so that a malformed one does not spoil the file."""
-    if not isinstance(content, dict):
-        raise ValueError("An answer should be an object.")
-    return content
-
-
-Unread = Annotated[StoredAnswer, WrapValidator(_unread)]
-
-
-def _of_this_version(number: int) -> int:
-    if number > json_values.FORMAT:
-        raise ValueError(
-            f"It has format {number}; this version reads format {json_values.FORMAT}: install the newer one."
-        )
-    return number
-
-
-class Prediction(Model):
-    """What was predicted of a question's experiment, by name, and a sentence about it afterwards."""
-
-    said: dict[str, Unread] = {}
-    why: Annotated[str, Field(max_length=json_values.LONGEST_SENTENCE)] = ""
-
-
-class AnswersFile(Model):
-    """A student's answers, by question and part: ``answers.json``.
-
-    ``cells`` has the id of the cell that recorded an answer, "" if none did; ``when``, of earlier versions alone, the
-    time, in s since 1970.
-    """
-
-    format: Annotated[int, Field(ge=json_values.FORMAT), AfterValidator(_of_this_version)]
-    student: str
-    bench: dict[str, Any]
-    software: str
-    probe_seed: Annotated[int, Field(ge=0)]
-    answers: dict[str, dict[str, Unread]]
-    cells: dict[str, dict[str, str]] = {}
-    when: dict[str, dict[str, Annotated[int, Field(ge=0, lt=_LATEST)]]] = {}
-    predictions: dict[str, Prediction] = {}
-
-
-ANSWERS_ADAPTER: TypeAdapter[AnswersFile] = TypeAdapter(AnswersFile)
+    _check(part.name, part.kind, content)
+    try:
+        return KINDS[part.kind](**{name: value for name, value in content.items() if name != "kind"})
+    except _Fault as fault:
+        raise _error(part.name, fault.words, [fault.place]) from None
 
 
 # --- the reports on cells --------------------------------------------------------------------------------------------
-
-Name = Annotated[str, Field(max_length=cell_reports.LONGEST)]
-
-
-class ErrorReport(Model):
-    """What stopped a cell: type and message of the exception, and the line of the cell."""
-
-    type: Name
-    message: Name
-    line: Annotated[int, Field(gt=0, lt=cell_reports.MOST_LINES)] | None
-
-
-class Event(Model):
-    """What happened in a notebook."""
-
-    notebook: Name
-
-
-class Started(Event):
-    """A cell was started."""
-
-    event: Literal["started"]
-    cell: Name
-
-
-class Ended(Event):
-    """A cell came to its end, or was stopped by an error."""
-
-    event: Literal["ended"]
-    cell: Name
-    error: ErrorReport | None
-
-
-class Lacked(Event):
-    """The cell asked for an earlier answer that is not there."""
-
-    event: Literal["lacked"]
-    question: Name
-    part: Name
-
-
-class Refused(Event):
-    """An answer was not recorded, for its form, or because it had no value."""
-
-    event: Literal["refused"]
-    question: Name
-    part: Name
-    why: Name
-
-
-class Unused(Event):
-    """A notebook gave a student or a bench that is not the job's."""
-
-    event: Literal["unused"]
-    name: Literal["student", "bench"]
-    value: Name
-
-
-EVENT = TypeAdapter[Any](Annotated[Started | Ended | Lacked | Refused | Unused, Field(discriminator="event")])
 
 
 def read_reports(data: bytes) -> CellReports:
@@ -487,25 +427,34 @@ def read_reports(data: bytes) -> CellReports:
     refusals: dict[tuple[str, str], Refusal] = {}
     unused: dict[tuple[str, str, str], None] = {}
     latest = ("", "")
-    for event in _events(data):
-        if isinstance(event, Started):
-            latest = event.notebook, event.cell
+    for kind, event in _events(data):
+        if kind == "started":
+            latest = event["notebook"], event["cell"]
             cells[latest] = CellReport(*latest, finished=False)
-        elif isinstance(event, Ended):
-            where = event.notebook, event.cell
-            error = None if event.error is None else CellError(**dict(event.error))
+        elif kind == "ended":
+            where = event["notebook"], event["cell"]
+            error = None if event["error"] is None else CellError(**event["error"])
             cells[where] = replace(cells.get(where, CellReport(*where, False)), finished=True, error=error)
-        elif isinstance(event, Refused):
-            refusals[event.question, event.part] = Refusal(event.question, event.part, event.why)
-        elif isinstance(event, Unused):
-            unused[event.notebook, event.name, event.value] = None
+        elif kind == "refused":
+            where = event["question"], event["part"]
+            refusals[where] = Refusal(*where, event["why"])
+        elif kind == "unused":
+            unused[event["notebook"], event["name"], event["value"]] = None
         elif latest in cells:
-            lacked = dict.fromkeys((*cells[latest].lacked, (event.question, event.part)))
+            lacked = dict.fromkeys((*cells[latest].lacked, (event["question"], event["part"])))
             cells[latest] = replace(cells[latest], lacked=tuple(lacked)[:_MOST_LACKED])
     return CellReports(tuple(cells.values()), tuple(refusals.values()), tuple(unused))
 
 
-def _events(data: bytes) -> Iterator[Any]:
+def _events(data: bytes) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield kind and fields of each event."""
+    kinds = ("started", "ended", "lacked", "refused", "unused")
     for line in data[: cell_reports.MAX_BYTES].splitlines()[:_MOST_EVENTS]:
-        with contextlib.suppress(ValidationError):
-            yield EVENT.validate_json(line)
+        try:
+            event = load(line)
+            kind = event.get("event") if isinstance(event, dict) else None
+            if kind in kinds:
+                _check("event", kind, event)
+                yield kind, event
+        except AnswerError:
+            continue

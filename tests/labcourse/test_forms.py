@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
+from labcourse.answers import schema
 from labcourse.answers.forms import FormError, NotAnswered, decode, encode, show
 from labcourse.answers.json_values import LONGEST_PROSE, thin
 from labcourse.answers.parts import Part, matrix, number, poles
@@ -485,7 +486,6 @@ GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: enc
         (part("3.1", "stability"), {"kind": "choice", "value": "perhaps"}),
         (part("2.16", "comparison"), {"kind": "prose", "value": "x" * (LONGEST_PROSE + 1)}),
         (part("2.16", "comparison"), {"kind": "prose", "value": "a\x00b"}),
-        (part("2.16", "comparison"), {"kind": "prose", "value": "\ud800"}),
         (part("2.1", "V"), {"kind": "expression", "value": ["symbol", "J_t"]}),
         (SPECTRUM, {"kind": "function", "outputs": [[[1.0, 2.0], [1.0]]] * 4}),
         (SPECTRUM, {"kind": "function", "outputs": [[[1.0] * 601, [1.0] * 601]] * 4}),
@@ -501,7 +501,7 @@ GOOD = {FIGURE.name: encode(FIGURE, labelled(20), SEED).content, SWEEP.name: enc
 )
 def test_what_could_not_have_been_written_is_not_read(wanted, content):
     with pytest.raises(AnswerError):
-        decode(wanted, content)
+        decode(wanted, schema.load(json.dumps(content).encode()))
 
 
 class Quantity:
