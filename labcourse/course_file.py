@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,13 @@ PAGE_LIMIT = "page_limit"  #: pages of a report, cover and contents included; ab
 OPTIONAL, WITHOUT = "optional", "without"  #: names of optional notebooks that the class has; of others that it lacks
 GIVEN = "given"  #: question → part → value
 NOBODY = "demo"  #: the student if nobody gives an ID
+
+
+def how_to_name() -> str:
+    """Return what a person does to say who they are, or that they are another one."""
+    if sys.platform == "emscripten":
+        return f"delete the file {COURSE_FILE}, and reload the page, which asks for it"
+    return f"start {program.name()} lab --student YOUR-ID"
 
 
 def read(folder: Path) -> dict[str, Any] | None:

@@ -6,11 +6,11 @@ A course's own ``lab`` builds on it, and adds the bench.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from labcourse import clock, course_file, courses, files, job, program, student_id
+from labcourse import clock, course_file, courses, files, job, student_id
 from labcourse.answers import cell_reports, forms, reflection
 from labcourse.answers.answers import AnswerBook, ResultsTable, student_in
 from labcourse.answers.catalogue import Catalogue
@@ -24,7 +24,7 @@ from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import number_of
 from labcourse.problems import Where
 from labcourse.report import making, recorded_figures
-from labcourse.run import by_program, from_notebook, place
+from labcourse.run import IN_BROWSER, by_program, from_notebook, place
 from labcourse.run.from_notebook import cell_now
 from labcourse.sentences import sentences
 
@@ -54,7 +54,8 @@ def student_of(given: str, folder: Path) -> str:
     known = "" if typed and by_program() else _known(folder, typed)
     if known and typed and student_id.caseless(known) != student_id.caseless(typed):
         print(f"Note      You are {known} here, and go on as {known}: the line student = {typed!r} changes nothing.")
-        print(f"          If {known} is wrong, end JupyterLab and start it by: {program.name()} lab --student YOUR-ID")
+        way = course_file.how_to_name()
+        print(f"          If {known} is wrong, {way if IN_BROWSER else f'end JupyterLab and {way}'}")
     return known or typed or NOBODY
 
 
@@ -138,7 +139,7 @@ class Session:
         bench : the bench in a few words
         notes : what else to know at the beginning, a line each
         """
-        way = f'no ID yet: start {program.name()} lab --student YOUR-ID, or write your ID in student = "..."'
+        way = f'no ID yet: {course_file.how_to_name()}, or write your ID in student = "..."'
         student = self.student + (f" ({way})" if self.student == NOBODY else "")
         word = self.catalogue.bench_word.capitalize()
         if not from_notebook.in_kernel():
@@ -146,19 +147,31 @@ class Session:
             return
         from IPython.display import display
 
-        from labcourse.scene.course_bar import CourseBar
+        from labcourse.scene.course_bar import CourseBar, Kept
 
         self._place = here = place.here(self._folder, self.catalogue)
         about = (f"Student {student} · {word} {bench}", *notes)
         report = [from_notebook.report_of(self.catalogue, here.name)]
         words = {"check": self._who(), "submit": self._who(), "make-report": report}
         labels = {"check": "Check", "submit": "Submit"} | ({"make-report": "Report"} if self.catalogue.reports else {})
+        start: Callable[..., Iterator[str] | AsyncIterator[str]] = from_notebook.output_of
+        kept = None
+        if IN_BROWSER:
+            from labcourse.run import in_browser
+
+            start = in_browser.output_of
+            kept = Kept(
+                lambda: in_browser.is_loose(self._folder),
+                lambda: in_browser.packed(self._folder, self.student),
+                lambda data: in_browser.unpack(data, self._folder),
+            )
         self._bar = CourseBar(
             lambda: self._drawn(about),
             "\n".join(filter(None, (here.line, *about))),
             labels,
-            lambda command: from_notebook.output_of(command, words[command], self._folder),
+            lambda command: start(command, words[command], self._folder, self._take),
             lambda cells: bool(here.name) and cells == from_notebook.saved_cells(self._folder / here.name),
+            kept,
         )
         display(self._bar)
 
@@ -498,7 +511,12 @@ class Session:
         partners : IDs of those who hand in the same work
         """
         options = [*self._who(), *(f"--with={partner}" for partner in partners)]
-        from_notebook.run("submit", options, self._folder, cell_now(), needs_saving=True)
+        from_notebook.run("submit", options, self._folder, cell_now(), needs_saving=True, take=self._take)
+
+    def _take(self, path: Path) -> None:
+        """Give a file to hand in to the browser's downloads, where the folder is in a browser."""
+        if self._bar is not None:
+            self._bar.hand_over(path)
 
     def _who(self) -> list[str]:
         """Return the options of a command that say for whom, and in which notebook, it is run."""

@@ -34,4 +34,5 @@ def progress(items: Iterable[Any] | None, what: str, unit: str, show: bool = Tru
         return tqdm(disable=True)
     from tqdm.auto import tqdm
 
+    tqdm.monitor_interval = 0  # no thread that looks after bars: in a browser there is none
     return tqdm(items, desc=what, unit=unit, total=most or None, delay=AFTER, leave=False, disable=_NOT_IN_LOGS)

@@ -200,6 +200,22 @@ def release(
         typer.echo(f"Release {made.id}, not stored: what is done with it is run with the course as it is.")
 
 
+@app.command(rich_help_panel=_COURSE)
+def make_lite(
+    out: Annotated[Path, Argument(metavar="OUT", help="Folder for it, which is not there yet.", file_okay=False)],
+    solutions: SolutionsOption = None,
+    pyodide: Annotated[str, Option(help="Folder or address of Pyodide's files, if not the public one.")] = "",
+) -> None:
+    """Make a site with the whole course in a browser, for students who cannot install it. Needs pip's index.
+
+    Any static server can hand it out, by https. The site holds a release, no solution and no key.
+    """
+    from labcourse.grading.release import lite
+
+    course = courses.find(solutions)
+    typer.echo(lite.make(course, out, pyodide or lite.TESTED.address))
+
+
 # --- the class --------------------------------------------------------------------------------------------------------
 
 

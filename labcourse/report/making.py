@@ -18,7 +18,7 @@ from labcourse.answers.own_files import megabytes
 from labcourse.errors import AnswerError
 from labcourse.messages import number_of
 from labcourse.problems import Reason
-from labcourse.run import by_program, from_notebook
+from labcourse.run import IN_BROWSER, by_program, from_notebook
 from labcourse.sentences import sentence
 
 #: Libraries that make a report: name to import → name to install.
@@ -50,6 +50,9 @@ def report(
         print(from_notebook.nothing_here("lab.report()"))
     elif pdf:
         attach(folder, lab.catalogue, number, pdf)
+    elif missing and IN_BROWSER:
+        print("A browser cannot make the report as PDF and page. Write it with another program, and hand your PDF in")
+        print('by lab.report(..., pdf="my report.pdf"). Or go on with your zip on a computer with the course.')
     elif missing:
         print(f"The report is not made, and nothing is written. Not installed: {', '.join(missing)}.")
         print(_how_to_install(missing))

@@ -127,7 +127,7 @@ def submit(
         catalogue = notebooks.catalogue_of(masters)
         options: dict[str, Any] = {"student": student, "partners": partners or (), "out": out, "checked": checked}
         packed = packing.submit(place, masters, catalogue, **options)
-        say(*packed.new, f"Your receipts are stored in {packed.receipts}.")
+        say(*packed.new, f"Your receipts are stored in {packing.shown(packed.receipts)}.")
     raise typer.Exit(FINE if checked is None or checked.good else LOOK)
 
 

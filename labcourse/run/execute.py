@@ -18,7 +18,7 @@ from typing import Any
 from labcourse import course_file, job
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.errors import CheckError
-from labcourse.run import RUNNING
+from labcourse.run import IN_BROWSER, RUNNING
 from labcourse.run.engine import Engine
 from labcourse.run.inside import private_interfaces
 
@@ -54,6 +54,21 @@ def run(
     CheckError
         If they cannot be run here.
     """
+    environment = {
+        **{name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"},  # cells may start Python
+        job.VARIABLE: json.dumps({**parameters, "course": course_file.read(folder)}),
+        RUNNING: "check",
+        "TQDM_DISABLE": "1",
+        job.PICTURES: "off",
+        "PYTHONBREAKPOINT": "0",  # nobody is there to debug: breakpoint() does nothing
+        # As where it is graded; and two processes share the processors.
+        **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
+    }
+    if IN_BROWSER:
+        from labcourse.run import in_worker
+
+        in_worker.run_cells(notebooks, folder, environment, report)
+        return
     private_interfaces.silence_loggers()
     with private_interfaces.no_entry_points():  # not before: the commands' help needs none of it
         from labcourse.run import warm
@@ -61,22 +76,11 @@ def run(
 
     # JupyterLab's own settings, and what a student's IPython does when it starts, are not part of the work.
     with tempfile.TemporaryDirectory(prefix="labcourse-ipython-", ignore_cleanup_errors=True) as settings:
-        environment = {
-            **{name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"},  # cells may start Python
-            "IPYTHONDIR": settings,
-            job.VARIABLE: json.dumps({**parameters, "course": course_file.read(folder)}),
-            RUNNING: "check",
-            "TQDM_DISABLE": "1",
-            job.PICTURES: "off",
-            "PYTHONBREAKPOINT": "0",  # nobody is there to debug: breakpoint() does nothing
-            # As where it is graded; and two processes share the processors.
-            **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
-        }
         own = ("student", "bench") if parameters.get("student") else ()  # the job's: no cell sets them
         given = {name: value for name, value in {"bench": job.BENCH, **parameters}.items() if name not in own}
         options: dict[str, Any] = {
             "cwd": folder,
-            "environment": environment,
+            "environment": {**environment, "IPYTHONDIR": settings},
             "execution_timeout": cell_timeout,
             "imports": imports,
             "muted": True,

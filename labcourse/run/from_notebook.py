@@ -9,13 +9,13 @@ import contextlib
 import os
 import subprocess
 import sys
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from labcourse import files, program
 from labcourse.patterns import CELL_ID
-from labcourse.run import by_program
+from labcourse.run import IN_BROWSER, by_program
 from labcourse.safe_text import no_escapes
 
 if TYPE_CHECKING:  # the commands' help loads this module
@@ -26,7 +26,14 @@ _ITSELF = 5  # s for one that has noticed the interrupt by itself, as on Linux a
 _LONGEST_ID = 64  # characters of a cell's id, as Jupyter allows
 
 
-def run(command: str, arguments: Sequence[str], folder: Path, cell: str = "", needs_saving: bool = False) -> None:
+def run(
+    command: str,
+    arguments: Sequence[str],
+    folder: Path,
+    cell: str = "",
+    needs_saving: bool = False,
+    take: Callable[[Path], None] = lambda path: None,
+) -> None:
     """Run a command, and print its output as it comes.
 
     Parameters
@@ -36,6 +43,7 @@ def run(command: str, arguments: Sequence[str], folder: Path, cell: str = "", ne
     folder : of the notebooks
     cell : id of the cell that asks for it; "" if it is not known
     needs_saving : do nothing if that cell is not saved as it stands
+    take : called in a browser with each file to hand in
     """
     if by_program():
         print(nothing_here(f"lab.{command}()"))
@@ -46,13 +54,20 @@ def run(command: str, arguments: Sequence[str], folder: Path, cell: str = "", ne
             print("Save it (Ctrl+S, on a Mac ⌘+S), and run this cell again.")
             return
         print("What follows is about the file as it was saved last.\n")
-    with contextlib.closing(output_of(command, arguments, folder)) as lines:
+    with contextlib.closing(output_of(command, arguments, folder, take)) as lines:
         for line in lines:
             print(no_escapes(line), end="", flush=True)
 
 
-def output_of(command: str, arguments: Sequence[str], folder: Path) -> Generator[str]:
+def output_of(
+    command: str, arguments: Sequence[str], folder: Path, take: Callable[[Path], None] = lambda path: None
+) -> Generator[str]:
     """Run a command as a program of its own, and yield the lines that it prints, as they come."""
+    if IN_BROWSER:
+        from labcourse.run import in_browser
+
+        yield from in_browser.lines(command, arguments, folder, take)
+        return
     pipes: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     environment = {**os.environ, "PYTHONUTF8": "1", "PYTHONUNBUFFERED": "1"}
     words = [sys.executable, "-P", "-m", program.name(), command, *arguments]
@@ -127,9 +142,10 @@ def saved_cells(path: Path) -> list[list[str]]:
 def cell_now() -> str:
     """Return the id of the notebook's cell that is being run; "" if there is none, as when a button was pressed.
 
-    Editors that do not tell a kernel which cell they send have none, either.
+    Editors that do not tell a kernel which cell they send have none, either. JupyterLite's kernel keeps it for itself.
     """
-    header = getattr(_shell(), "parent_header", None)
+    shell = _shell()
+    header = getattr(shell, "parent_header", None) or getattr(getattr(shell, "kernel", None), "_parent_header", None)
     about = header.get("metadata") if isinstance(header, dict) else None
     cell = about.get("cellId") if isinstance(about, dict) else None
     return cell[:_LONGEST_ID] if isinstance(cell, str) else ""

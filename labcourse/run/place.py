@@ -16,11 +16,10 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import CODE
 from labcourse.errors import ConfigurationError
 from labcourse.problems import Code, Problem
-from labcourse.run import from_notebook, skippable_cells
+from labcourse.run import SESSION, from_notebook, skippable_cells
 from labcourse.run.alignment import recorded, source_of
 from labcourse.sentences import sentence
 
-SESSION = "JPY_SESSION_NAME"  #: environment variable: the notebook's path, set by the server that starts its kernel
 _QUESTION = re.compile(r"(?<![\w.])\d+\.\d+(?=[,:;)]|  | first|$)", re.MULTILINE)  # and no value with its unit
 _TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
 

@@ -21,7 +21,7 @@ from labcourse.errors import CheckError, StudentIDError
 from labcourse.files import ANSWERS_FILE, COURSE_FILE
 from labcourse.messages import number_of
 from labcourse.problems import Code, Problem
-from labcourse.run import student_folder
+from labcourse.run import IN_BROWSER, student_folder
 from labcourse.run.check import Checked
 from labcourse.sentences import sentence, sentences
 
@@ -106,7 +106,7 @@ def submit(
         *(f"Report     {sentence(pdf.note)}" for pdf in pdfs),
         *of_questions,
         *(f"Note       {note}" for note in receipt["notes"]),
-        f"Upload     {files.shown(target)}: this one file is all that you hand in.{again}",
+        f"Upload     {shown(target)}: this one file is all that you hand in.{again}",
     )
     packed = {**content, own_files.RECEIPT_FILE: _json(receipt, indent=1)}
     try:
@@ -121,6 +121,11 @@ def submit(
     said = sentences((*checked.problems, *checked.notes)) if checked else ()
     known = {*of_questions, *(f"Note       {note}" for note in said)} if checked else {}
     return Submitted(target, receipt, lines, tuple(line for line in lines if line not in known), receipts)
+
+
+def shown(path: Path) -> str:
+    """Return where a file is, for people: in a browser, it is handed to the downloads."""
+    return f"{path.name}, in your browser's downloads" if IN_BROWSER else files.shown(path)
 
 
 def owner(work: student_folder.StudentFolder, student: str = "") -> str:

@@ -4,6 +4,11 @@ const KEY = "labcourse_bar"; // in the notebook's metadata while it is saved: th
 
 const AGAIN = 700; // ms
 
+const KEPT = "Your work is kept in this browser, on this computer, and nowhere else.";
+const MAY_GO = " The browser may delete it when the disk is full.";
+const LOOSE = " There is work that you have not downloaded.";
+const REPLACE = "There is work here that you have not downloaded. The zip's files replace it. Go on?";
+
 export default { render };
 
 function render({ model, el }) {
@@ -39,6 +44,7 @@ function render({ model, el }) {
   text.tabIndex = 0;
   pane.hidden = true;
   let asked = false;
+  const kept = keep(model, host, pane);
 
   const draw = () => show(page, model.get("html"), manager?.rendermime);
   const tell = (event) => { try { model.send(event); } catch { /* the kernel is gone */ } };
@@ -72,17 +78,65 @@ function render({ model, el }) {
     if (state === "started") notebook.model.setMetadata?.(KEY, model.get("html"));
     if (state.startsWith("completed")) look(); // words are read from the saved notebook
   };
-  const events = { "change:html": draw, "change:output": write, "change:commands": fill, "change:looks": answered };
+  const events = { "change:html": draw, "change:output": write, "change:commands": fill, "change:looks": answered,
+    "change:kept": kept.draw, "msg:custom": kept.take };
   for (const [name, act] of Object.entries(events)) model.on(name, act);
   notebook?.saveState?.connect(saving);
   const seen = new IntersectionObserver((entries) => { if (entries.some((entry) => entry.isIntersecting)) look(); });
   seen.observe(host);
-  for (const act of [draw, fill, write]) act();
+  for (const act of [draw, fill, write, kept.draw]) act();
   return () => {
     seen.disconnect();
+    kept.end();
     notebook?.saveState?.disconnect(saving);
     for (const [name, act] of Object.entries(events)) model.off(name, act);
   };
+}
+
+// Where all is kept in this browser: say so, offer it for download, and warn when the page closes with something else.
+function keep(model, host, pane) {
+  const row = make("p", "kept", host);
+  host.insertBefore(row, pane);
+  row.hidden = true;
+  const about = make("span", "", row);
+  const button = (text, act) => {
+    const made = make("button", "", row);
+    made.textContent = text;
+    made.addEventListener("click", act);
+  };
+  const file = make("input", "", row);
+  file.type = "file";
+  file.accept = ".zip";
+  file.hidden = true;
+  file.addEventListener("change", () => {
+    const reader = new FileReader();
+    reader.addEventListener("load", () => { // as text: JupyterLite's kernel is given nothing else
+      model.send({ kind: "unpack", zip: reader.result.split(",")[1] });
+      file.value = "";
+    });
+    if (file.files.length) reader.readAsDataURL(file.files[0]);
+  });
+  button("Download", () => model.send({ kind: "download" }));
+  button("Go on with a zip…", () => {
+    if (model.get("kept") !== "loose" || confirm(REPLACE)) file.click();
+  });
+  const draw = async () => {
+    row.hidden = !model.get("kept");
+    if (row.hidden) return;
+    row.dataset.kept = model.get("kept");
+    const lasts = await navigator.storage?.persisted?.();
+    about.textContent = `${KEPT}${lasts ? "" : MAY_GO}${model.get("kept") === "loose" ? LOOSE : ""} `;
+  };
+  const take = ({ name }, [content]) => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([content]));
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), AGAIN);
+  };
+  const warn = (event) => { if (model.get("kept") === "loose") event.preventDefault(); };
+  window.addEventListener("beforeunload", warn);
+  return { draw, take, end: () => window.removeEventListener("beforeunload", warn) };
 }
 
 // A notebook that was only run is not saved either, but what counts of it is.

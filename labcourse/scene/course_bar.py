@@ -5,13 +5,15 @@ The page draws the same HTML that a saved notebook has; the buttons and what the
 
 from __future__ import annotations
 
+import asyncio
+import base64
 import html
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, cast
 
 import traitlets
 
@@ -36,6 +38,18 @@ NOT_SAVED: dict[bool | None, str] = {
     False: "This notebook is not saved; only the saved file counts. Save it (Ctrl+S, on a Mac ⌘+S). Then press again.",
     None: "This page cannot see whether the notebook is saved. Save it, and run lab.{command} in a cell of your own.",
 }
+
+
+_QUIET = {"title": "Your work", "text": "", "busy": False}
+UNPACKED = "{count} files are here now. Reload the page: notebooks that are open show the old ones."
+
+
+class Kept(NamedTuple):
+    """What is done with work that is kept in a browser alone."""
+
+    is_loose: Callable[[], bool]  #: whether something was not downloaded
+    packed: Callable[[], Path]  #: packs all into a zip
+    unpack: Callable[[bytes], int]  #: puts a zip's files there, and counts them
 
 
 @dataclass(frozen=True)
@@ -97,8 +111,9 @@ class CourseBar(Live):
     draw : returns the HTML as it is now
     text : the same in short, for where there are no widgets
     commands : command → its label
-    start : (command) → lines that the program prints
+    start : (command) → lines that the program prints; in a browser they come when they can
     is_saved : (id, type and source of each cell) → whether the notebook's file has the same
+    kept : of work that is kept in a browser alone; None on a computer
     """
 
     _esm = _HERE / "course_bar.js"
@@ -107,16 +122,18 @@ class CourseBar(Live):
     looks = traitlets.Int(0).tag(sync=True)  #: how often the page's question was answered
     commands = traitlets.Dict().tag(sync=True)
     output = traitlets.Dict().tag(sync=True)  #: {"title", "text", "notice", "busy"} of the command that ran last
+    kept = traitlets.Unicode("").tag(sync=True)  #: in a browser "safe", or "loose" if something was not downloaded
 
     def __init__(
         self,
         draw: Callable[[], str],
         text: str,
         commands: Mapping[str, str],
-        start: Callable[[str], Iterator[str]],
+        start: Callable[[str], Iterator[str] | AsyncIterator[str]],
         is_saved: Callable[[list[list[str]]], bool],
+        kept: Kept | None = None,
     ) -> None:
-        self._draw, self._text, self._start, self._is_saved = draw, text, start, is_saved
+        self._draw, self._text, self._start, self._is_saved, self._kept = draw, text, start, is_saved, kept
         self._notice = ""  # on the command that runs
         self._kernel = KernelLoop()
         super().__init__(partial(self._kernel.later, self.receive), commands=dict(commands), html=draw())
@@ -124,6 +141,12 @@ class CourseBar(Live):
     def refresh(self) -> None:
         """Draw what is answered now."""
         self.html = self._draw()
+        if self._kept is not None:
+            self.kept = "loose" if self._kept.is_loose() else "safe"
+
+    def hand_over(self, path: Path) -> None:
+        """Give a file to the browser's downloads."""
+        self.send({"name": path.name}, buffers=[path.read_bytes()])
 
     def receive(self, event: Mapping[str, Any]) -> None:
         """Take an event of the page: it looks again, or a button was pressed."""
@@ -131,9 +154,14 @@ class CourseBar(Live):
             if event.get("kind") == "press":
                 saved = event.get("saved")
                 self.press(str(event.get("name")), self._is_saved(saved) if isinstance(saved, list) else saved)
+            elif self._kept is not None and event.get("kind") == "download":
+                self.hand_over(self._kept.packed())
+            elif self._kept is not None and event.get("kind") == "unpack":
+                count = self._kept.unpack(base64.b64decode(event["zip"]))
+                self.output = {**_QUIET, "notice": UNPACKED.format(count=count)}
             self.refresh()
         except Exception as error:
-            self.output = {**self.output, "notice": no_escapes(str(error))}
+            self.output = {**_QUIET, **self.output, "notice": no_escapes(str(error))}
         self.looks += 1
 
     def press(self, command: str, saved: bool | None) -> None:
@@ -146,16 +174,26 @@ class CourseBar(Live):
         if runs and saved is False:
             self._notice = _OLD_FILE
         self.output = {"title": self.commands[command], "text": "", "notice": self._notice, "busy": runs}
-        if runs:
+        if runs and KernelLoop.threads:
             threading.Thread(target=self._run, args=(command,), daemon=True).start()
+        elif runs:
+            self._task = asyncio.ensure_future(self._follow(command))
 
     def _run(self, command: str) -> None:
         try:
-            for line in self._start(command):
+            for line in cast(Iterator[str], self._start(command)):
                 self._kernel.later(self._add, line)
         except Exception as error:
             self._kernel.later(self._add, f"{type(error).__name__}: {error}\n")
         self._kernel.later(self._end)
+
+    async def _follow(self, command: str) -> None:
+        try:
+            async for line in cast(AsyncIterator[str], self._start(command)):
+                self._add(line)
+        except Exception as error:
+            self._add(f"{type(error).__name__}: {error}\n")
+        self._end()
 
     def _add(self, line: str) -> None:
         text = self.output["text"]

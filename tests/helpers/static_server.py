@@ -47,8 +47,11 @@ class Static:
 
 
 @contextlib.contextmanager
-def static(folders: Mapping[str, Path]) -> Iterator[Static]:
-    """Serve folders until the block ends; every file is of a kind that says nothing, but for pages, styles, scripts."""
+def static(folders: Mapping[str, Path], others: Mapping[str, str] = {}) -> Iterator[Static]:
+    """Serve folders until the block ends; every file is of a kind that says nothing, but for pages, styles, scripts.
+
+    ``others``: the kinds of other files, by their ending.
+    """
     port = free_port()
     served = Static(f"http://127.0.0.1:{port}{BELOW}", folders)
 
@@ -64,7 +67,7 @@ def static(folders: Mapping[str, Path]) -> Iterator[Static]:
             if not self.path.startswith(BELOW) or not file.is_file():
                 self.send_error(404)
                 return
-            kinds = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
+            kinds = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", **others}
             body = _of(served.before, path, b"") + file.read_bytes()
             self.send_response(200)
             self.send_header("Content-Type", kinds.get(file.suffix, "application/octet-stream"))

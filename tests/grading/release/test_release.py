@@ -201,6 +201,7 @@ def test_a_release_holds_what_a_student_needs_and_nothing_else(released, install
     assert {path.suffix for path in brought} <= suffixes
     assert {path.name for path in brought if path.suffix == ".json"} == {
         "another_arm.json",
+        "answers.schema.json",
         "course.json",
         "default_setting_overrides.json",
         "package.json",  # of JupyterLab's extension
