@@ -161,7 +161,7 @@ class Session:
 
             start = in_browser.output_of
             kept = Kept(
-                lambda: in_browser.is_loose(self._folder),
+                lambda: self._is_begun() and in_browser.is_loose(self._folder),
                 lambda: in_browser.packed(self._folder, self.student),
                 lambda data: in_browser.unpack(data, self._folder),
             )
@@ -512,6 +512,11 @@ class Session:
         """
         options = [*self._who(), *(f"--with={partner}" for partner in partners)]
         from_notebook.run("submit", options, self._folder, cell_now(), needs_saving=True, take=self._take)
+
+    def _is_begun(self) -> bool:
+        """Return whether anything is recorded, or written in words."""
+        parts = ((question.number, part.name) for question in self.questions.values() for part in question.parts)
+        return any(self.saved_texts.get(*where) or self.book.get(*where) for where in parts)
 
     def _take(self, path: Path) -> None:
         """Give a file to hand in to the browser's downloads, where the folder is in a browser."""

@@ -212,8 +212,8 @@ def make_lite(
     """
     from labcourse.grading.release import lite
 
-    course = courses.find(solutions)
-    typer.echo(lite.make(course, out, pyodide or lite.TESTED.address))
+    stored = lite.make(courses.find(solutions), out, pyodide or lite.TESTED.address)
+    typer.echo(f"{out}\nIts release is stored as {stored}")
 
 
 # --- the class --------------------------------------------------------------------------------------------------------

@@ -101,10 +101,9 @@ def lines(command: str, arguments: Sequence[str], folder: Path, take: Callable[[
 
 
 def is_loose(folder: Path) -> bool:
-    """Return whether something was recorded or saved since the last download, and there is an answer."""
-    work = [folder / ANSWERS_FILE, *folder.glob("*.ipynb")]
+    """Return whether something was recorded or saved since the last download."""
     mark = folder.with_name(_MARK)
-    newest = max(path.stat().st_mtime for path in work) if work[0].exists() else 0.0
+    newest = max((path.stat().st_mtime for path in (*folder.glob("*.ipynb"), *folder.glob(ANSWERS_FILE))), default=0.0)
     return newest > (mark.stat().st_mtime if mark.exists() else 0.0)
 
 
@@ -114,7 +113,7 @@ def packed(folder: Path, student: str) -> Path:
     Raises
     ------
     CheckError
-        If nobody has said whose work it is, or it cannot be written.
+        If there is no student ID, or the zip cannot be written.
     """
     from labcourse.answers import notebooks
     from labcourse.run import submit

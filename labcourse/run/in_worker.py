@@ -52,7 +52,6 @@ def run_cells(
     from IPython.core.interactiveshell import InteractiveShell
 
     job: Any = sys.modules["labcourse.job"]
-    here = Path.cwd()
     for name, notebook in notebooks.items():
         report(name)
         path = [*(place for place in sys.path if place), ""]  # as in a notebook's kernel
@@ -69,7 +68,6 @@ def run_cells(
         mpl.rcdefaults()
         for own in [key for key, module in sys.modules.items() if _is_in(folder, module)]:
             del sys.modules[own]
-    os.chdir(here)
     importlib.reload(job)
 
 

@@ -44,7 +44,7 @@ function render({ model, el }) {
   text.tabIndex = 0;
   pane.hidden = true;
   let asked = false;
-  const kept = keep(model, host, pane);
+  const kept = keep(model, notebook, host, pane);
 
   const draw = () => show(page, model.get("html"), manager?.rendermime);
   const tell = (event) => { try { model.send(event); } catch { /* the kernel is gone */ } };
@@ -94,7 +94,7 @@ function render({ model, el }) {
 }
 
 // Where all is kept in this browser: say so, offer it for download, and warn when the page closes with something else.
-function keep(model, host, pane) {
+function keep(model, notebook, host, pane) {
   const row = make("p", "kept", host);
   host.insertBefore(row, pane);
   row.hidden = true;
@@ -116,7 +116,10 @@ function keep(model, host, pane) {
     });
     if (file.files.length) reader.readAsDataURL(file.files[0]);
   });
-  button("Download", () => model.send({ kind: "download" }));
+  button("Download", async () => {
+    await notebook?.save(); // what is packed is the saved file
+    model.send({ kind: "download" });
+  });
   button("Go on with a zip…", () => {
     if (model.get("kept") !== "loose" || confirm(REPLACE)) file.click();
   });

@@ -5,8 +5,10 @@ import json
 import zipfile
 
 import pytest
+from checkout import ROOT
 
 from labcourse.errors import GradingError
+from labcourse.grading import course
 from labcourse.grading.release import lite
 
 
@@ -82,3 +84,12 @@ def test_another_pyodide_is_refused(tmp_path, pyodide):
 def test_a_folder_that_is_there_is_not_replaced(tmp_path):
     with pytest.raises(GradingError, match="already"):
         lite.make(None, tmp_path)
+
+
+def test_a_site_that_cannot_be_made_leaves_nothing(tmp_path, monkeypatch):
+    stored = []
+    monkeypatch.setattr(lite.releases, "store", lambda *given: stored.append(given))
+    monkeypatch.setattr(lite, "_downloaded", lambda folder: iter(()))
+    with pytest.raises(GradingError, match="nowhere"):
+        lite.make(course.find(ROOT / "solutions"), tmp_path / "out", str(tmp_path / "nowhere"))
+    assert not stored and not [*tmp_path.iterdir()]

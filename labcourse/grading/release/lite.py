@@ -65,7 +65,7 @@ _REQUIREMENT = re.compile(r"[A-Za-z0-9._-]+")
 
 
 def make(course: Course, out: Path, pyodide: str = TESTED.address) -> Path:
-    """Make the site in a folder that is not there yet, and return the folder.
+    """Make the site in a folder that is not there yet, store its release, which grading needs, and return its zip.
 
     Parameters
     ----------
@@ -85,7 +85,6 @@ def make(course: Course, out: Path, pyodide: str = TESTED.address) -> Path:
     with tempfile.TemporaryDirectory(prefix=".labcourse-lite-", dir=out.parent) as scratch:
         place = Path(scratch)
         made = release(course, place / "release")
-        releases.store(course, made.archive, made.id)  # grading needs it
         wheels = [*(made.folder / WHEELS).iterdir(), *_downloaded(place / "wheels")]
         packages = place / PYODIDE
         names = _put_packages(packages, wheels, pyodide if "://" in pyodide else Path(pyodide).resolve().as_uri())
@@ -97,8 +96,9 @@ def make(course: Course, out: Path, pyodide: str = TESTED.address) -> Path:
         lab = site / "lab" / "index.html"
         alone = (_PAGE / "alone.html").read_text(encoding="utf-8")
         files.write(lab, lab.read_text(encoding="utf-8").replace("<head>", f"<head>\n{alone}", 1))
+        stored = releases.store(course, made.archive, made.id)
         site.replace(out)
-    return out
+    return stored
 
 
 def _jupyterlite(place: Path, notebooks: Path, packages: list[str]) -> Path:
@@ -158,7 +158,7 @@ def _read(place: str, name: str, sha256: str = "") -> bytes:
         with urllib.request.urlopen(address, timeout=60) as answer:
             data: bytes = answer.read()
     except OSError as error:
-        raise GradingError(f"Pyodide's {name} cannot be read: {address}: {error}.") from None
+        raise GradingError(f"Pyodide's {name} cannot be read: {address}: {getattr(error, 'reason', error)}.") from None
     if sha256 and hashlib.sha256(data).hexdigest() != sha256:
         raise GradingError(f"{address} is not the file that Pyodide's list of packages names.")
     return data

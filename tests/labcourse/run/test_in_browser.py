@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -64,13 +65,15 @@ def folder(tmp_path):
     return folder
 
 
-def test_work_is_loose_from_the_first_answer_to_the_download(folder):
-    assert not in_browser.is_loose(folder)
-    (folder / ANSWERS_FILE).write_text("{}")
+def test_work_is_loose_until_it_is_downloaded_and_when_it_changes_again(folder):
     assert in_browser.is_loose(folder)
+    (folder / ANSWERS_FILE).write_text("{}")
     packed = in_browser.packed(folder, "ada")
     assert not in_browser.is_loose(folder)
     assert ANSWERS_FILE in zipfile.ZipFile(packed).namelist()
+    later = packed.stat().st_mtime + 60
+    os.utime(folder / "04_modeling_results.ipynb", (later, later))
+    assert in_browser.is_loose(folder)
 
 
 def test_a_zip_is_unpacked_over_what_is_there(folder):
@@ -83,7 +86,7 @@ def test_a_zip_is_unpacked_over_what_is_there(folder):
     (folder / name).write_text(json.dumps(long))
     assert in_browser.unpack(data, folder) == 1 + 1 + len([*folder.glob("*.ipynb")])
     assert (folder / ANSWERS_FILE).read_text() == "{}"
-    assert "more" not in json.loads((folder / name).read_text())["metadata"]  # it is shorter, and JSON all the same
+    assert "more" not in json.loads((folder / name).read_text())["metadata"]  # nothing is left of the longer file
     assert not (folder / "receipt.json").exists()
 
 
