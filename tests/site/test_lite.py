@@ -60,6 +60,7 @@ def tab(served):
         yield opened
 
 
+@pytest.mark.isolation
 def test_the_course_is_answered_handed_in_and_marked_as_on_a_computer(served, tmp_path):
     with lite.profile(served.address) as (_context, tab):
         tab.name("ada")
