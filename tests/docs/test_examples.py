@@ -25,6 +25,8 @@ from rotflex import cli, experiments, greybox, hil
 from rotflex.course import spare_design
 
 ELSEWHERE = ROOT / "docs" / "new_course.md"  # what it says is done in test_new_course_page.py
+#: Pages that fit many parameters, which takes half a minute.
+FITTED = {ROOT / "docs" / "own_bench.md", ROOT / "docs" / "reference" / "identification.md"}
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^(?P<margin> *)```(?P<language>\w+)\n(?P<code>.*?)^(?P=margin)```$", re.MULTILINE | re.DOTALL)
 NOT_RUN = re.compile(r"<!-- not run: (.+?) -->\s*$")
@@ -110,8 +112,11 @@ PREPARED = {
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "path",
-    [path for path in PAGES if path != ELSEWHERE and any(not reason for *_code, reason in fences(path, "python"))],
-    ids=name_of,
+    [
+        pytest.param(path, id=name_of(path), marks=pytest.mark.scheduled if path in FITTED else ())
+        for path in PAGES
+        if path != ELSEWHERE and any(not reason for *_code, reason in fences(path, "python"))
+    ],
 )
 def test_python_runs(path, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

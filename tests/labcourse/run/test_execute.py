@@ -85,7 +85,13 @@ def test_a_run_is_marked_and_draws_nothing_unasked(run, tmp_path, monkeypatch):
 ENDS = {"dies": "import os; os._exit(3)", "exits": "exit()", "sleeps": "import time; time.sleep(99)"}
 
 
-@pytest.mark.parametrize("ends", [ENDS, {"stubborn": STUBBORN}], ids=["in the end", "only if it is made to"])
+@pytest.mark.parametrize(
+    "ends",
+    [
+        pytest.param(ENDS, id="in the end"),
+        pytest.param({"stubborn": STUBBORN}, id="only if it is made to", marks=pytest.mark.scheduled),
+    ],
+)
 def test_after_a_cell_that_does_not_end_by_itself_the_next_notebook_is_run(run, tmp_path, monkeypatch, ends):
     monkeypatch.setattr(warm, "GRACE", 0.5 if "stubborn" in ends else warm.GRACE)
     ran = {
