@@ -33,8 +33,8 @@ $(VENV)/.test: $(PROJECTS) | $(VENV)/.pip
 $(VENV)/nbgrader: | $(VENV)/.test
 	$(BIN)/python -m pip install --quiet --no-deps --target $@ nbgrader==0.9.6 rapidfuzz
 
-$(VENV)/.contrib: contrib/serial/pyproject.toml | $(VENV)/.test
-	$(BIN)/python -m pip install --quiet --editable "contrib/serial[test]"
+$(VENV)/.contrib: contrib/serial/pyproject.toml contrib/rig/pyproject.toml | $(VENV)/.test
+	$(BIN)/python -m pip install --quiet --editable "contrib/serial[test]" --editable contrib/rig
 	touch $@
 
 lab: $(VENV)/.lab

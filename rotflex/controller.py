@@ -17,13 +17,17 @@ refused.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotflex.config import real_array
 from rotflex.errors import DesignError
 from rotflex.units import Array
+
+if TYPE_CHECKING:
+    from control import StateSpace
 
 #: (reference, theta, alpha), in rad (an open loop's reference in V) → the motor voltage, V
 Controller = Callable[[float, float, float], float]
@@ -80,6 +84,30 @@ class SystemController:
         self._B, self._D = B @ inputs, D @ inputs
         self.sample_time = None if system.dt in (None, 0) or system.dt is True else float(system.dt)
         self.reset()
+
+    @classmethod
+    def of(
+        cls, A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike, sample_time: float | None = None
+    ) -> SystemController:
+        """Return the controller of ``numbers``: matrices with the inputs theta_ref, theta and alpha."""
+        import control
+
+        n = len(np.asarray(A))
+        shaped = (np.reshape(matrix, shape) for matrix, shape in ((A, (n, n)), (B, (n, 3)), (C, (1, n)), (D, (1, 3))))
+        return cls(control.StateSpace(*shaped, True if sample_time is None else sample_time, inputs=[*_SIGNALS]))
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Its matrices and its sample time, plain data."""
+        matrices = {"A": self._A, "B": self._B, "C": self._C, "D": self._D}
+        return {**{name: matrix.tolist() for name, matrix in matrices.items()}, "sample_time": self.sample_time}
+
+    def system(self) -> StateSpace:
+        """Return it as a discrete system of python-control, from theta and alpha to the voltage."""
+        import control
+
+        inputs, dt = ["theta", "alpha"], True if self.sample_time is None else self.sample_time
+        return control.StateSpace(self._A, self._B[:, 1:], self._C, self._D[:, 1:], dt, inputs=inputs, outputs=["vm"])
 
     def reset(self) -> None:
         """Begin again, with a state of zero."""

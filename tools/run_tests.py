@@ -43,8 +43,8 @@ STATIC = {
     "house rules": (PYTHON, "tools/lint_house.py"),
     "scripts of the explorers": (PYTHON, "tools/check_scripts.py"),
 }
-CONTRIB = {"types of contrib": (PYTHON, "-m", "mypy", "contrib/serial/rotflex_serial")}
-ALL_TESTS = ("--nbval", "tests", "solutions", "contrib/serial/tests", "--hypothesis-profile=all")
+CONTRIB = {"types of contrib": (PYTHON, "-m", "mypy", "contrib/serial/rotflex_serial", "contrib/rig/rotflex_rig")}
+ALL_TESTS = ("--nbval", "tests", "solutions", "contrib/serial/tests", "contrib/rig/tests", "--hypothesis-profile=all")
 USUAL_TESTS = ("--nbval", "tests", "solutions", "-m", f"not {SCHEDULED}")
 QUICK = f"not ({' or '.join((*LEFT_OUT, SCHEDULED))})"
 QUICK_TESTS = ("tests", "-q", "--quick", "-m", QUICK)

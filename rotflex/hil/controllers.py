@@ -9,14 +9,15 @@ Velocities are not measured; they come from the angles through band-limited deri
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import chain, repeat
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rotflex.config import DAC_LIMIT, one_of, real_array
-from rotflex.controller import Controller, runnable
+from rotflex.controller import Controller, SystemController, name_of, runnable
 from rotflex.errors import DesignError
 from rotflex.simulation import DERIVATIVE_CUTOFF
 
@@ -97,7 +98,7 @@ class StateFeedback:
         if feedback == "partial":
             gain = gain * (1, 0, 1, 0)
         self._gain: tuple[float, ...] = tuple(gain.tolist())
-        self.sample_time, self._cutoff = sample_time, cutoff
+        self.feedback, self.sample_time, self._cutoff = feedback, sample_time, cutoff
         self._theta_dot = BandLimitedDerivative(sample_time, cutoff)
         self._alpha_dot = BandLimitedDerivative(sample_time, cutoff)
 
@@ -110,6 +111,11 @@ class StateFeedback:
         """Return the voltage (V) for a commanded servo angle (rad) and measured angles (rad)."""
         k_1, k_2, k_3, k_4 = self._gain
         return k_1 * (reference - theta) - k_2 * alpha - k_3 * self._theta_dot(theta) - k_4 * self._alpha_dot(alpha)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What it was made of, plain data."""
+        return {"K": self.K, "feedback": self.feedback, "sample_time": self.sample_time, "cutoff": self._cutoff}
 
     def system(self) -> StateSpace:
         """Return the controller as a discrete system of python-control, from theta and alpha to the voltage.
@@ -173,6 +179,12 @@ class ObserverFeedback:
         self._predicted = self.Phi @ state + self.Gamma * voltage
         return voltage
 
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What it was made of, plain data."""
+        matrices = {name: getattr(self, name).tolist() for name in ("Phi", "Gamma", "L", "K")}
+        return {**matrices, "sample_time": self.sample_time}
+
     def system(self) -> StateSpace:
         """Return the controller as a discrete system of python-control, from theta and alpha to the voltage."""
         n, gain = len(self.Phi), np.pad(self.L, ((0, 0), (0, 2 - self.L.shape[1])))
@@ -197,9 +209,14 @@ class TwoDegreesOfFreedom:
     def __init__(self, controller: Controller, feedforward: ArrayLike = (), rate: float = 0.0) -> None:
         self._controller = runnable(controller)
         self.sample_time: float = getattr(self._controller, "sample_time", None) or 0.002
-        self._step = rate * self.sample_time
+        self._rate, self._step = rate, rate * self.sample_time
         self._feedforward: list[float] = real_array("The feed-forward", feedforward, DesignError).ravel().tolist()
         self.reset()
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What it was made of, plain data; raises DesignError if its other controller is none of numbers."""
+        return {"controller": plain(self._controller), "feedforward": self._feedforward, "rate": self._rate}
 
     def reset(self) -> None:
         """Begin again at the first sample, with no sum of errors; so does the other controller."""
@@ -246,6 +263,7 @@ class PositionServo:
         if not (math.isfinite(K_p) and math.isfinite(K_d)):
             raise DesignError(f"The gains must be finite; they are K_p = {K_p!r} and K_d = {K_d!r}.")
         self._K_p, self._K_d = K_p, K_d
+        self.numbers = {"K_p": K_p, "K_d": K_d, "sample_time": sample_time, "cutoff": cutoff}
         self._error_dot = BandLimitedDerivative(sample_time, cutoff)
 
     def reset(self) -> None:
@@ -261,6 +279,52 @@ class PositionServo:
 class OpenLoop:
     """No feedback: the reference is the voltage."""
 
+    numbers: Mapping[str, Any] = {}
+
     def __call__(self, reference: float, theta: float, alpha: float) -> float:
         """Return the reference (V) as it is."""
         return reference
+
+
+_KINDS: dict[str, type] = {
+    kind.__name__: kind
+    for kind in (StateFeedback, ObserverFeedback, TwoDegreesOfFreedom, PositionServo, OpenLoop, SystemController)
+}
+
+
+def plain(controller: Controller) -> dict[str, Any]:
+    """Return a controller of this module, or a discrete system, as plain data; :func:`of_plain` makes it again.
+
+    Raises
+    ------
+    DesignError
+        If it is another one, such as a function: no numbers say what that does.
+    """
+    kind = type(controller)
+    if _KINDS.get(kind.__name__) is not kind:
+        raise DesignError(
+            f"{name_of(controller)} is Python code, which is not sent anywhere. Give a gain, a discrete system of "
+            "python-control, or a controller of rotflex.hil.controllers."
+        )
+    return {"kind": kind.__name__, **controller.numbers}  # type: ignore[attr-defined]
+
+
+def of_plain(data: Mapping[str, Any]) -> Controller:
+    """Return the controller of :func:`plain`.
+
+    Raises
+    ------
+    DesignError
+        If there is no such kind, or as its class says.
+    TypeError, ValueError
+        If its numbers are not those of its kind.
+    """
+    kind, numbers = str(data.get("kind")), {name: value for name, value in data.items() if name != "kind"}
+    if kind not in _KINDS:
+        raise DesignError(f"There is no controller {kind!r}; there are {', '.join(_KINDS)}.")
+    if kind == SystemController.__name__:
+        return SystemController.of(**numbers)
+    if kind == TwoDegreesOfFreedom.__name__:
+        numbers["controller"] = of_plain(numbers["controller"])
+    made: Controller = _KINDS[kind](**numbers)
+    return made

@@ -1,0 +1,117 @@
+"""Ask the rig's server by HTTPS, with a token. The standard library is enough."""
+
+from __future__ import annotations
+
+import json
+import os
+import urllib.error
+import urllib.request
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from rotflex import files
+from rotflex.errors import BenchError
+
+TOKEN_VARIABLE = "ROTFLEX_RIG_TOKEN"  #: environment variable: a token, in place of the file
+_TIMEOUT = 20.0  # s, of one request
+_LOOPBACK = ("localhost", "127.0.0.1", "::1")
+
+
+class NoAnswer(OSError):
+    """The server cannot be reached now, or has trouble of its own: the same request may work later."""
+
+
+class _Unmoved(urllib.request.HTTPRedirectHandler):
+    """Follows no redirection: the token would go with it."""
+
+    def redirect_request(self, *_: object) -> None:
+        return None
+
+
+_OPENER = urllib.request.build_opener(_Unmoved)
+
+
+def checked(url: str) -> str:
+    """Return the address of a rig, without a slash at its end.
+
+    Raises
+    ------
+    BenchError
+        If it is none, or if it is not encrypted and of another computer.
+    """
+    parts = urlsplit(url)
+    if parts.scheme not in ("http", "https") or not parts.hostname or parts.query or parts.fragment or parts.username:
+        raise BenchError(f"{url!r} is no address of a rig, as https://rig.school.edu is: ask your instructor for it.")
+    if parts.scheme == "http" and parts.hostname not in _LOOPBACK:
+        raise BenchError(f"{url} is not encrypted, and everybody on the way could read your token: use https://.")
+    return url.rstrip("/")
+
+
+def ask(url: str, method: str = "GET", body: bytes | None = None, token: str | None = None) -> bytes:
+    """Send a request, and return the answer.
+
+    Raises
+    ------
+    BenchError
+        If the server refuses it, with the server's reason.
+    NoAnswer
+        If nobody answers.
+    """
+    headers = {"Authorization": f"Bearer {token or token_for(url)}", "Content-Type": "application/octet-stream"}
+    try:
+        with _OPENER.open(urllib.request.Request(url, body, headers, method=method), timeout=_TIMEOUT) as answer:
+            return bytes(answer.read())
+    except urllib.error.HTTPError as error:
+        text = error.read(2000).decode(errors="replace")
+        if error.code >= 500:
+            raise NoAnswer(text or str(error)) from None
+        raise BenchError(text or str(error)) from None
+    except OSError as error:  # also URLError, and a connection that breaks
+        raise NoAnswer(str(getattr(error, "reason", error))) from None
+
+
+# --- tokens -----------------------------------------------------------------------------------------------------------
+
+
+def token_for(url: str) -> str:
+    """Return the user's token for a rig.
+
+    Raises
+    ------
+    BenchError
+        If there is none.
+    """
+    if token := os.environ.get(TOKEN_VARIABLE):
+        return token
+    for known, token in _tokens().items():
+        if url.startswith(f"{known}/"):
+            return token
+    raise BenchError(
+        f"There is no token of yours for this rig. Run this once, in a cell of its own, and delete the cell: "
+        f'import rotflex_rig; rotflex_rig.login("https://{urlsplit(url).netloc}"). It asks for the token that your '
+        "instructor gave you, and shows it nowhere."
+    )
+
+
+def keep_token(url: str, token: str) -> Path:
+    """Keep a token in a file that only the user reads, and return the file."""
+    path = _path()
+    path.parent.mkdir(parents=True, exist_ok=True)
+
+    def write(scratch: Path) -> None:
+        with open(os.open(scratch, os.O_WRONLY | os.O_CREAT, 0o600), "w", encoding="utf-8") as file:
+            json.dump({**_tokens(), url: token}, file)
+
+    files.write(path, write)
+    return path
+
+
+def _path() -> Path:
+    return files.settings() / "rig-tokens.json"
+
+
+def _tokens() -> dict[str, str]:
+    try:
+        return dict(json.loads(_path().read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return {}
