@@ -251,7 +251,7 @@ class Queue:
                     "WHERE id = ? AND state = 'waiting' RETURNING *",
                     *(self._now(), run["id"]),
                 )
-                return taken  # type: ignore[no-any-return]
+                return taken
         return None
 
     def finish(self, worker: str, number: int, outcome: bytes | dict[str, Any]) -> None:
