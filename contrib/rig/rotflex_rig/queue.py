@@ -290,8 +290,8 @@ class Queue:
 
     def _put_back(self, reason: str) -> None:
         self._rows(
-            "UPDATE runs SET begun = NULL, state = CASE WHEN tries < ? THEN 'waiting' ELSE 'aside' END, reason = ? "
-            "WHERE state = 'running'",
+            "UPDATE runs SET begun = NULL, reason = ?2, state = CASE WHEN key = '' THEN 'withdrawn' "
+            "WHEN tries < ?1 THEN 'waiting' ELSE 'aside' END WHERE state = 'running'",
             *(_TRIES, f"{reason} It was tried {_TRIES} times."),
         )
 

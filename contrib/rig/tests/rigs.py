@@ -52,10 +52,10 @@ class Rig:
         with socket.create_server(("127.0.0.1", 0)) as free:
             return free.getsockname()[1]
 
-    def serve_apart(self, port):
+    def serve_apart(self, port, *options):
         """Serve in a process of its own, and return it."""
         self.url = f"http://127.0.0.1:{port}"
-        words = [sys.executable, "-m", "rotflex_rig.commands", "serve", str(self.folder), "--port", str(port)]
+        words = [sys.executable, "-m", "rotflex_rig.commands", "serve", str(self.folder), "--port", str(port), *options]
         return subprocess.Popen(words, stdout=subprocess.DEVNULL)
 
     def work(self, bench=BENCH, twin=BENCH, **more):

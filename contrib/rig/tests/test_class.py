@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from labcourse.grading.gradebook import Delivery, Gradebook
 from rotflex.recording import Recording
 
-AT_THE_RIG = ("02", "03", "08", "09")
+AT_THE_RIG = ("02", "03", "08", "09", "11")
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def worked(tmp_path_factory):
         rig.work()
         until(rig.knows_its_bench)
         work.mkdir()
-        names = sorted(path.name for path in (ROOT / "solutions").glob("0[1-9]*.ipynb"))
+        names = sorted(path.name for path in (ROOT / "solutions").glob("[01][1-9]*.ipynb"))
         for name in names:
             shutil.copy(ROOT / "solutions" / name, work)
         errors = {}
@@ -61,7 +61,7 @@ def test_the_notebooks_of_the_bench_run_on_the_rig(worked):
     kept = sorted((work / "recordings").glob("*.mat"))
     assert len(kept) >= 6
     experiments = {Recording.load(path).metadata["experiment"] for path in kept}
-    assert experiments == {"sweep", "free decay", "validation", "tracking"}
+    assert experiments == {"sweep", "free decay", "validation", "tracking", "follow"}
 
 
 def test_no_file_that_is_handed_in_has_the_token(worked):

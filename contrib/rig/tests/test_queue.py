@@ -170,6 +170,14 @@ def test_a_run_during_which_something_died_comes_once_more_and_is_set_aside_then
     assert queue.status("ada", number)["state"] == "aside"
 
 
+def test_a_run_that_was_withdrawn_on_the_bench_does_not_come_again(queue):
+    number = put(queue, "ada")
+    queue.take("here", BENCH)
+    queue.let_go("ada", number)
+    assert queue.take("here", BENCH) is None
+    assert queue.order() == []
+
+
 def test_trouble_before_the_motor_moved_costs_no_try(queue):
     number = put(queue, "ada")
     for _each in range(5):

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -298,6 +299,32 @@ def test_a_lost_connection_costs_nothing(tmp_path, monkeypatch):
         served.kill()
         for worker in rig.workers:
             worker.kill()
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not installed (apt-get install openssl)")
+def test_with_a_certificate_all_goes_by_tls(tmp_path, monkeypatch):
+    certificate, key = str(tmp_path / "cert.pem"), str(tmp_path / "key.pem")
+    kind = ("-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2")
+    names = ("-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost")
+    made = ["openssl", "req", *kind, *names, "-keyout", key, "-out", certificate]
+    subprocess.run(made, check=True, capture_output=True)
+    rig = Rig(tmp_path / "rig", apart=True)
+    port = rig.free_port()
+    url = f"https://localhost:{port}"
+    served = rig.serve_apart(port, "--url", url, "--certificate", certificate, "--private-key", key)
+    rig.url = url
+    monkeypatch.setenv("SSL_CERT_FILE", certificate)
+    try:
+        rig.work()
+        rig.enter(monkeypatch)
+        rig.bench()
+        assert "RECORDED" in student(rig).communicate(timeout=60)[0]
+        monkeypatch.delenv("SSL_CERT_FILE")  # then nobody vouches for this server
+        with pytest.raises(BenchError, match="certificate"):
+            hil.open(f"rig:{url}")
+    finally:
+        for program in (served, *rig.workers):
+            program.kill()
 
 
 def test_a_second_worker_on_this_computer_ends_and_says_why(entered):

@@ -14,6 +14,8 @@ from rigs import Rig, until
 from rotflex_rig.queue import WORKER
 from rotflex_rig.web import TOKEN_VARIABLE
 
+from rotflex import experiments
+from rotflex.errors import LimitExceeded
 from rotflex.hil import bench_file, real
 from rotflex.hil.bench_file import BenchFile
 
@@ -108,6 +110,17 @@ def test_a_run_on_the_makers_board_is_recorded_and_0_v_is_left(laboratory, rig, 
     said = student(rig, 0.3).communicate(timeout=90)[0]
     assert "RECORDED" in said, said
     assert Line(card).voltage == 0.0
+
+
+def test_a_runaway_gain_never_reaches_the_motor(laboratory, rig, card, monkeypatch):
+    laboratory.zero()
+    laboratory.work()
+    rig.enter(monkeypatch)
+    rig.bench()
+    before = Line(card).samples
+    with rig.bench() as bench, pytest.raises(LimitExceeded):
+        experiments.tracking(bench, (-18, 17, -1.5, -0.6))
+    assert (Line(card).samples, Line(card).voltage) == (before, 0.0)
 
 
 def test_without_the_mark_no_run_is_begun_and_the_worker_says_what_to_do(laboratory, rig, monkeypatch):
