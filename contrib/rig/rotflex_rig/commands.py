@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import struct
 import zlib
@@ -15,7 +14,7 @@ from typer import Argument, Option
 
 from rotflex.errors import RotflexError
 from rotflex_rig import address
-from rotflex_rig.queue import LABORATORY, NEW, SETTINGS_FILE, WORKER, Queue, Refused
+from rotflex_rig.queue import LABORATORY, NEW, SETTINGS_FILE, STUDENT, WORKER, Queue, Refused
 from rotflex_rig.request import recording_of_bytes
 from rotflex_rig.web import checked
 
@@ -28,30 +27,36 @@ _MOST_INFLATED = 20_000_000  # bytes of one array in a file
 @app.command()
 def new(rig: Rig) -> None:
     """Make the folder of a rig, and print the tokens of its worker and of the laboratory's page."""
-    rig.mkdir(parents=True, exist_ok=True)
+    rig.mkdir(mode=0o700, parents=True, exist_ok=True)
     if not (settings := rig / SETTINGS_FILE).exists():
         settings.write_text(NEW, encoding="utf-8")
     queue = Queue(rig)
-    typer.echo(f"Settings of the rig: {settings}. Its tokens, shown only this once:")
-    typer.echo(f"{WORKER}: {queue.admit(WORKER, WORKER)}\n{LABORATORY}: {queue.admit(LABORATORY, LABORATORY)}")
+    typer.echo(f"Settings of the rig: {settings}. Its tokens, each shown only this once:")
+    for role in (WORKER, LABORATORY):
+        token = queue.admit(role, role).get(role)
+        typer.echo(f"{role}: {token or f'has one already; a new one comes after rotflex-rig revoke {rig} {role}'}")
 
 
 @app.command()
 def admit(
-    rig: Rig, class_list: Annotated[Path, Argument(help="A CSV; its first column has the students' IDs.")]
+    rig: Rig, roster: Annotated[Path, Argument(help="The class's roster, a CSV as the gradebook takes it.")]
 ) -> None:
-    """Write tokens.csv, with a new token for each student. Hand each student their own line."""
-    with class_list.open(encoding="utf-8-sig", newline="") as file:
-        students = [row[0].strip() for row in csv.reader(file) if row and row[0].strip()]
-    if students and students[0].casefold() in ("id", "student", "student_id", "username"):
-        del students[0]
+    """Write tokens.csv, with a token for each student who has none yet. Hand each student their own line."""
+    from labcourse.errors import GradingError
+    from labcourse.grading.gradebook.roster import read
+
     queue, tokens = Queue(rig), rig / "tokens.csv"
+    if tokens.exists():
+        raise Refused(409, f"{tokens} is there from the last time: hand it out, delete it, and come again.")
+    try:
+        listed, problems, _columns = read(roster)
+    except GradingError as error:
+        raise Refused(422, str(error)) from None
+    students = [one.student for one in listed.values() if one.student]
+    made = queue.admit(STUDENT, *students)
     tokens.touch(0o600)
-    with tokens.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file).writerows([("student", "token"), *((one, queue.admit(one)) for one in students)])
-    typer.echo(
-        f"{tokens}: {len(students)} tokens. The rig keeps hashes only: delete the file when they are handed out."
-    )
+    tokens.write_text("".join(f"{row}\n" for row in ("student,token", *map(",".join, made.items()))), encoding="utf-8")
+    typer.echo("\n".join([*problems, f"{tokens}: {len(made)} new tokens, of {len(students)} students."]))
 
 
 @app.command()

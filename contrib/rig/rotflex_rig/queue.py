@@ -102,13 +102,14 @@ class Queue:
 
     # --- who may ask ----------------------------------------------------------------------------------------------
 
-    def admit(self, who: str, role: str = STUDENT) -> str:
-        """Return a new token for somebody, in place of the one before. Only its hash is kept."""
-        token = secrets.token_urlsafe(24)
+    def admit(self, role: str, *who: str) -> dict[str, str]:
+        """Return a token for each who has none yet. Only hashes are kept."""
         with self._changing():
-            self._rows("DELETE FROM people WHERE id = ? AND role = ?", who, role)
-            self._rows("INSERT INTO people VALUES (?, ?, ?)", _hash(token), who, role)
-        return token
+            known = {one["id"] for one in self._rows("SELECT id FROM people")}
+            made = {one: f"rig-{secrets.token_urlsafe(24)}" for one in who if one not in known}
+            for one, token in made.items():
+                self._rows("INSERT INTO people VALUES (?, ?, ?)", _hash(token), one, role)
+        return made
 
     def revoke(self, who: str) -> bool:
         """End the tokens of somebody, and withdraw what they have waiting; return whether there was one."""
@@ -204,18 +205,18 @@ class Queue:
         return ordered
 
     def held(self) -> str:
-        """Return why no run is begun now; "" if runs are begun."""
+        """Return all reasons why no run is begun now; "" if runs are begun."""
         [rig] = self._rows("SELECT * FROM rig")
         now = datetime.datetime.fromtimestamp(self._now())
-        if rig["paused"]:
-            return f"the rig is paused: {rig['paused']}"
         begin, end = self._hours.get(now.weekday(), (datetime.time.max, datetime.time.max))
-        if not begin <= now.time() < end:
-            return "the laboratory is closed now"
-        if rig["present_until"] < self._now():
-            return "nobody in the laboratory has confirmed that they are there"
         is_alive = rig["seen"] > self._now() - _SILENT or self._rows("SELECT 1 FROM runs WHERE state = 'running'")
-        return "" if is_alive else "the bench's computer is silent"
+        reasons = {
+            "the laboratory is closed at this hour": not begin <= now.time() < end,
+            "nobody in the laboratory has confirmed that they are there": rig["present_until"] < self._now(),
+            "the bench's computer is silent": not is_alive,
+            f"the rig is paused: {rig['paused']}": rig["paused"],
+        }
+        return "; ".join(text for text, holds in reasons.items() if holds)
 
     # --- the worker -----------------------------------------------------------------------------------------------
 
@@ -309,7 +310,7 @@ class Queue:
         """Return what the worker said of the bench."""
         [rig] = self._rows("SELECT bench FROM rig")
         if rig["bench"] is None:
-            raise Refused(503, "The bench's computer has not come to this rig yet. Ask the laboratory.")
+            raise Refused(409, "The bench's computer has not come to this rig yet. Ask the laboratory.")
         return dict(json.loads(rig["bench"]))
 
     def overview(self) -> dict[str, Any]:

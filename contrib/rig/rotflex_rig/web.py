@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import urllib.error
 import urllib.request
 from pathlib import Path
@@ -57,7 +58,10 @@ def ask(url: str, method: str = "GET", body: bytes | None = None, token: str | N
     NoAnswer
         If nobody answers.
     """
-    headers = {"Authorization": f"Bearer {token or token_for(url)}", "Content-Type": "application/octet-stream"}
+    token = (token or token_for(url)).strip()
+    if not re.fullmatch(r"[\w-]+", token, re.ASCII):
+        raise BenchError("This is no token: it has letters, digits, - and _ only. Copy it again.")
+    headers = {"Authorization": f"Bearer {token}", "Content-Type": "application/octet-stream"}
     try:
         with _OPENER.open(urllib.request.Request(url, body, headers, method=method), timeout=_TIMEOUT) as answer:
             return bytes(answer.read())

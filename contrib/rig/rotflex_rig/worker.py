@@ -79,10 +79,17 @@ class Worker:
         BenchError
             If the bench cannot be driven, or the server refuses this worker.
         """
+        try:
+            self._work()
+        finally:
+            print(self._bench.safety.outcome or "", flush=True)
+
+    def _work(self) -> None:
         with self._bench as bench:
             bench.safety.require_commissioned()
             if bench.safety.mark is not None:
                 bench.safety.require_place(bench.place)
+            print("The bench is open at 0 V, and the server is asked for runs. Ctrl-C ends it.", flush=True)
             while True:
                 given = json.loads(self._asked("POST", "", _described(bench)))
                 if given:
@@ -106,8 +113,10 @@ class Worker:
             if is_last:
                 raise
         except (RotflexError, ArithmeticError, ValueError) as error:
+            print(f"Run {number} was refused: {error}", flush=True)
             self._asked("PUT", f"/{number}", {"error": type(error).__name__, "reason": str(error)})
         else:
+            print(f"Run {number}: {asked.settings['experiment']}, {asked.seconds:.1f} s", flush=True)
             self._asked("PUT", f"/{number}", recording_to_bytes(made))
 
     def _try(self, bench: Bench, asked: Request) -> None:

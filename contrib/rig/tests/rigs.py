@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 
-from rotflex_rig.queue import LABORATORY, WORKER, Queue, Refused
+from rotflex_rig.queue import LABORATORY, STUDENT, WORKER, Queue, Refused
 from rotflex_rig.server import application
 from rotflex_rig.web import TOKEN_VARIABLE
 
@@ -36,7 +36,7 @@ class Rig:
         folder.mkdir(exist_ok=True)
         (folder / "rig.toml").write_text(ALWAYS)
         self.queue = Queue(folder)
-        self.token = {WORKER: self.queue.admit("north", WORKER), LABORATORY: self.queue.admit("ben", LABORATORY)}
+        self.token = {role: self.admit(who, role) for role, who in ((WORKER, "worker"), (LABORATORY, "lena"))}
         self.queue.confirm_presence()
         self.workers = []
         if apart:
@@ -66,6 +66,10 @@ class Rig:
         self.workers.append(subprocess.Popen(words, env=environment, **output))
         return self.workers[-1]
 
+    def admit(self, who, role=STUDENT):
+        """Return a token of somebody."""
+        return self.queue.admit(role, who)[who]
+
     def knows_its_bench(self):
         """Whether its worker has come."""
         try:
@@ -75,7 +79,7 @@ class Rig:
 
     def enter(self, monkeypatch, student="ada"):
         """Sit down as a student."""
-        monkeypatch.setenv(TOKEN_VARIABLE, self.queue.admit(student))
+        monkeypatch.setenv(TOKEN_VARIABLE, self.admit(student))
 
     def bench(self):
         """Return the rig's bench, as a student opens it, once the worker has come."""

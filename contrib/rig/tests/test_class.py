@@ -2,7 +2,6 @@
 
 import datetime
 import hashlib
-import json
 import os
 import shutil
 
@@ -26,7 +25,7 @@ def worked(tmp_path_factory):
     """A rig, and the folder of a student who did the notebooks of the bench on it."""
     folder = tmp_path_factory.mktemp("class")
     rig, work = Rig(folder / "rig"), folder / "work"
-    token = rig.queue.admit("ada")
+    token = rig.admit("ada")
     before = {TOKEN_VARIABLE: token, "ROTFLEX_CONFIG_DIR": str(folder / "settings")}
     with pytest.MonkeyPatch.context() as patch:
         for name, value in before.items():
@@ -112,4 +111,9 @@ def test_a_token_is_shown_once_and_handed_out_by_a_csv(tmp_path):
     assert [row.split(",")[0] for row in rows] == ["student", "ada", "ben"]
     assert os.name == "nt" or (tmp_path / "rig" / "tokens.csv").stat().st_mode & 0o077 == 0
     assert "ended" in run(app, ["revoke", str(tmp_path / "rig"), "ada"]).output
-    assert json.dumps(rows) not in said
+    assert "have one" not in said and "rig-" not in run(app, ["new", str(tmp_path / "rig")]).output
+    assert run(app, ["admit", str(tmp_path / "rig"), str(ids)]).exit_code == 1  # tokens that nobody has yet
+    (tmp_path / "rig" / "tokens.csv").unlink()
+    run(app, ["admit", str(tmp_path / "rig"), str(ids)])
+    again = (tmp_path / "rig" / "tokens.csv").read_text(encoding="utf-8").splitlines()
+    assert [row.split(",")[0] for row in again] == ["student", "ada"] and again[1] not in rows

@@ -26,7 +26,7 @@ def enter(page, rig, token):
 
 
 def test_it_opens_with_the_laboratorys_token_only(page, rig):
-    enter(page, rig, rig.queue.admit("ada"))
+    enter(page, rig, rig.admit("ada"))
     page.wait_for_function("document.querySelector('#state').textContent.includes('laboratory')")
     assert page.is_hidden("main")
 

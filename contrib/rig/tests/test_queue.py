@@ -205,10 +205,11 @@ def test_one_bench_has_one_worker_and_a_silent_one_is_followed_by_another(queue,
 
 
 def test_tokens_are_of_somebody_and_end(queue, tmp_path):
-    old, token = queue.admit("ada"), queue.admit("ada")
+    token = queue.admit(STUDENT, "ada")["ada"]
+    assert queue.admit(STUDENT, "ada", "ben").keys() == {"ben"}  # one who has a token keeps it
     assert queue.who(token, STUDENT) == "ada"
     put(queue, "ada")
-    for unknown, role, status in ((old, STUDENT, 401), ("", STUDENT, 401), (token, WORKER, 403)):
+    for unknown, role, status in (("rig-x", STUDENT, 401), ("", STUDENT, 401), (token, WORKER, 403)):
         with pytest.raises(Refused) as refused:
             queue.who(unknown, role)
         assert refused.value.status == status
@@ -216,4 +217,6 @@ def test_tokens_are_of_somebody_and_end(queue, tmp_path):
     assert queue.order() == []
     with pytest.raises(Refused):
         queue.who(token, STUDENT)
+    again = queue.admit(STUDENT, "ada")["ada"]
+    assert queue.who(again, STUDENT) == "ada" and again != token
     assert not any(token.encode() in path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())

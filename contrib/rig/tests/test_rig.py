@@ -174,7 +174,7 @@ CHANGES = {
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_hostile_body_is_refused_and_nothing_is_queued(rig, name):
-    token = rig.queue.admit("eve")
+    token = rig.admit("eve")
     asked = urllib.request.Request(f"{rig.url}/runs", CHANGES[name], {"Authorization": f"Bearer {token}"})
     try:
         urllib.request.urlopen(asked, timeout=20)
@@ -188,7 +188,7 @@ def test_a_hostile_body_is_refused_and_nothing_is_queued(rig, name):
 
 
 def test_each_address_asks_for_its_own_token(rig):
-    student = rig.queue.admit("ada")
+    student = rig.admit("ada")
     asked = {
         "/runs": "POST", "/runs/1": "GET", "/runs/1/recording": "GET", "/bench": "GET", "/me": "GET",
         "/queue": "GET", "/control": "POST", "/curves/1": "GET", "/work/x": "POST", "/work/x/1": "PUT",
@@ -206,7 +206,7 @@ def test_each_address_asks_for_its_own_token(rig):
 
 def test_a_slow_client_holds_up_nobody_and_is_let_go(rig, monkeypatch):
     monkeypatch.setattr(start, "IDLE", 0.5)
-    token = rig.queue.admit("eve")
+    token = rig.admit("eve")
     host, port = rig.url.removeprefix("http://").split(":")
     with socket.create_connection((host, int(port))) as slow:
         slow.sendall(
@@ -347,7 +347,7 @@ def test_a_second_worker_on_another_computer_ends_too(entered, tmp_path):
 
 
 def test_a_token_is_in_a_private_file_and_in_no_recording(rig, monkeypatch, tmp_path, capsys):
-    token = rig.queue.admit("ada")
+    token = rig.admit("ada")
     rig.work()
     monkeypatch.setattr(address.getpass, "getpass", lambda _prompt: token)
     with pytest.raises(BenchError, match="login"):
@@ -361,6 +361,16 @@ def test_a_token_is_in_a_private_file_and_in_no_recording(rig, monkeypatch, tmp_
     path = made.save(tmp_path / "run.mat")
     assert token not in capsys.readouterr().out + json.dumps(made.metadata)
     assert token.encode() not in path.read_bytes()
+
+
+@pytest.mark.parametrize("token", ["rig-a\r\nHost: x", "rig a", "rig-ä", "=1"])
+def test_what_is_no_token_is_sent_nowhere_and_shown_nowhere(rig, monkeypatch, token):
+    monkeypatch.setenv(TOKEN_VARIABLE, token)
+    with pytest.raises(BenchError) as refused:
+        hil.open(f"rig:{rig.url}")
+    assert token not in str(refused.value)
+    monkeypatch.setenv(TOKEN_VARIABLE, f" {rig.admit('ada')}\r\n")  # as it is copied from a file
+    assert ask(f"{rig.url}/me") == b'{"id":"ada"}'
 
 
 @pytest.mark.parametrize("url", ["http://rig.school.edu", "https://", "ftp://rig", "https://a:b@rig", "rig.school.edu"])

@@ -11,19 +11,19 @@ async function ask(path, body) {
 }
 
 function element(name, text = "", attributes = {}) {
-  const made = document.createElementNS(name === "svg" || name === "polyline" ? "http://www.w3.org/2000/svg" : "http://www.w3.org/1999/xhtml", name);
+  const kind = ["svg", "polyline"].includes(name) ? "2000/svg" : "1999/xhtml";
+  const made = document.createElementNS(`http://www.w3.org/${kind}`, name);
   made.textContent = text;
   Object.entries(attributes).forEach(([key, value]) => made.setAttribute(key, value));
   return made;
 }
 
 function table(rows, headings) {
-  const lines = [headings.map((text) => element("th", text)), ...rows].map((cells) => {
+  return [headings.map((text) => element("th", text)), ...rows].map((cells) => {
     const line = element("tr");
     line.append(...cells.map((cell) => (cell instanceof Element ? cell : element("td", cell))));
     return line;
   });
-  return lines;
 }
 
 async function curves(run) {
@@ -62,17 +62,15 @@ async function act(body) {
   try {
     await show(await ask(body ? "control" : "queue", body));
   } catch (error) {
-    find("#state").textContent = `${error.message}`;
+    find("#state").textContent = error.message;
     find("#enter").hidden = !find("main").hidden;
   }
 }
-
 find("#enter").onsubmit = (event) => {
   event.preventDefault();
   sessionStorage.setItem("token", find("input").value);
   act();
 };
-find("#present").onclick = () => act({ present: true });
-find("#leave").onclick = () => act({ present: false });
+for (const name of ["present", "leave"]) find(`#${name}`).onclick = () => act({ present: name === "present" });
 setInterval(() => find("main").hidden || act(), 3000);
 if (sessionStorage.getItem("token")) act();
