@@ -30,6 +30,7 @@ from rotflex_rig.web import NoAnswer, ask, checked, keep_token
 
 _ERRORS = {error.__name__: error for error in (LimitExceeded, DesignError)}
 _POLL, _LOOK = 1.0, 0.05  # s, from one question to the next; and between two looks for STOP
+_LONGEST_STOP = 10  # questions, until a run that was taken back has stopped on the bench
 _PATIENCE = 300.0  # s without a connection, after which the notebook waits no longer
 _NOT_STEERED = (
     "Nobody steers a rig's bench sample by sample: read, write and start work on a bench that is in front of you, or "
@@ -126,14 +127,14 @@ class RigRuns(RecordedRuns):
         BenchError
             If the rig does not run it, with the reason; if nobody has answered for minutes.
         """
+        _ = self.bench.board  # raises where the bench is not open
         run = self.bench.identity.get("run", 1)
         body, self._number = request.packed(settings, controller, reference, sample_time, run), 0
         number = json.loads(self._patiently(lambda: ask(self._url, "POST", body)))["id"]
         try:
             recording = self._waited(f"{self._url}/{number}")
         except (KeyboardInterrupt, RunStopped):
-            with suppress(BenchError, OSError):
-                ask(f"{self._url}/{number}", "DELETE")
+            self._take_back(f"{self._url}/{number}")
             raise
         RecordedPlant.__init__(self, recording, f"the recording of your {settings['experiment']}")
         self._number = number
@@ -161,6 +162,18 @@ class RigRuns(RecordedRuns):
         if said["state"] != "done":
             raise _ERRORS.get(said["error"], BenchError)(said["reason"] or "The run was withdrawn.")
         return request.recording_of_bytes(self._patiently(lambda: ask(f"{url}/recording")))
+
+    @staticmethod
+    def _take_back(url: str) -> None:
+        """Withdraw a run, and wait until the bench stands, if it was there."""
+        with suppress(BenchError, OSError):
+            ask(url, "DELETE")
+            for _each in range(_LONGEST_STOP):
+                if json.loads(ask(url))["state"] != "running":
+                    print("\nRig       Your run was taken back.")
+                    return
+                time.sleep(_POLL)
+        print("\nRig       Your run could not be taken back: if it is on the bench, it goes to its end there.")
 
     def _patiently(self, act: Callable[[], bytes]) -> bytes:
         """Return what the rig answers, once there is a connection."""

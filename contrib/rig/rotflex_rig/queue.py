@@ -21,6 +21,7 @@ from typing import Any
 
 from rotflex import files
 from rotflex.errors import BenchError
+from rotflex_rig.web import UNKNOWN
 
 SETTINGS_FILE, RECORDINGS = "rig.toml", "recordings"
 PRESENCE = 1800.0  #: s for which a confirmation counts that somebody is in the laboratory
@@ -123,7 +124,9 @@ class Queue:
             if person["role"] in roles:
                 return str(person["id"])
             raise Refused(403, f"This needs a token of the {' or '.join(roles)}; yours is of the {person['role']}.")
-        raise Refused(401, "The rig does not know this token, or it was revoked. Ask your instructor for a new one.")
+        raise Refused(
+            UNKNOWN, "The rig does not know this token, or it was revoked. Ask your instructor for a new one."
+        )
 
     # --- students -------------------------------------------------------------------------------------------------
 
@@ -160,10 +163,7 @@ class Queue:
         return said
 
     def let_go(self, student: str, number: int) -> None:
-        """Forget a run for its student, who has the recording, or wants it no more: the same call is a new run then.
-
-        One that waits is withdrawn; one under way goes to its end.
-        """
+        """Forget a run for its student, who has the recording, or wants it no more: the same call is a new run then."""
         self._own(student, number)
         with self._changing():
             self._rows("UPDATE runs SET state = 'withdrawn' WHERE id = ? AND state = 'waiting'", number)
@@ -284,6 +284,10 @@ class Queue:
                 self._rows("UPDATE rig SET paused = ?", outcome["reason"])
             else:
                 self._end(number, "refused", outcome["error"], outcome["reason"])
+
+    def is_wanted(self, number: int) -> bool:
+        """Return whether the student of a run still waits for it."""
+        return bool(self._rows("SELECT 1 FROM runs WHERE id = ? AND key <> ''", number))
 
     def _end(self, number: int, state: str, error: str = "", reason: str = "") -> None:
         ended = state, self._now(), error, reason, number

@@ -118,7 +118,10 @@ def read(body: bytes) -> Request:
     most = int(LONGEST / sample_time) + 1
     reference = asked["reference"]
     if not isinstance(reference, list) or not 2 <= len(reference) <= most or not all(map(_is_number, reference)):
-        raise BenchError(f"The command must be a list of 2 to {most} finite numbers, {LONGEST:g} s at most.")
+        raise BenchError(
+            f"A run on a rig takes at most {LONGEST:g} s: choose a smaller duration. Its command is 2 to {most} finite "
+            "numbers."
+        )
     controller = _controller(asked["controller"], sample_time)
     return Request(settings, controller, np.array(reference, dtype=float), sample_time, run)
 

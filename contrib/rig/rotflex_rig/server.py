@@ -77,6 +77,7 @@ def application(queue: Queue, site: Site) -> Starlette:
         route("/runs/{id:int}", "DELETE", lambda who, request, _: queue.let_go(who, number(request)), STUDENT),
         route("/runs/{id:int}/recording", "GET", recording, STUDENT),
         route("/work/{worker}", "POST", take, WORKER),
+        route("/work/{worker}/{id:int}", "GET", lambda _who, r, _: queue.is_wanted(number(r)), WORKER),
         route("/work/{worker}/{id:int}", "PUT", finish, WORKER, most=_MOST_RECORDING),
         route("/queue", "GET", lambda *_: queue.overview(), LABORATORY),
         route("/control", "POST", control, LABORATORY),

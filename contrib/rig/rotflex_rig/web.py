@@ -14,6 +14,7 @@ from rotflex import files
 from rotflex.errors import BenchError
 
 TOKEN_VARIABLE = "ROTFLEX_RIG_TOKEN"  #: environment variable: a token, in place of the file
+UNKNOWN = 401  #: status of an answer to a token that nobody has
 _TIMEOUT = 20.0  # s, of one request
 _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
@@ -69,7 +70,8 @@ def ask(url: str, method: str = "GET", body: bytes | None = None, token: str | N
         text = error.read(2000).decode(errors="replace")
         if error.code >= 500:
             raise NoAnswer(text or str(error)) from None
-        raise BenchError(text or str(error)) from None
+        of_variable = f" Yours is that of the variable {TOKEN_VARIABLE}." if os.environ.get(TOKEN_VARIABLE) else ""
+        raise BenchError(f"{text or error}{of_variable if error.code == UNKNOWN else ''}") from None
     except OSError as error:  # also URLError, and a connection that breaks
         raise NoAnswer(str(getattr(error, "reason", error))) from None
 
@@ -90,10 +92,10 @@ def token_for(url: str) -> str:
     for known, token in _tokens().items():
         if url.startswith(f"{known}/"):
             return token
+    parts = urlsplit(url)
     raise BenchError(
-        f"There is no token of yours for this rig. Run this once, in a cell of its own, and delete the cell: "
-        f'import rotflex_rig; rotflex_rig.login("https://{urlsplit(url).netloc}"). It asks for the token that your '
-        "instructor gave you, and shows it nowhere."
+        "There is no token of yours for this rig. Run this once: import rotflex_rig; "
+        f'rotflex_rig.login("{parts.scheme}://{parts.netloc}"). It asks for the token that your instructor gave you.'
     )
 
 

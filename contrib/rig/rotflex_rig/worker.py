@@ -7,19 +7,23 @@ as the worker lives.
 from __future__ import annotations
 
 import json
+import threading
 import time
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from typing import IO, Any
 
 import control
 import numpy as np
 
-from rotflex import commissioning, experiments, files, hil, model, sampled
-from rotflex.errors import BenchError, HILError, LimitExceeded, MotorNotStopped, RotflexError
-from rotflex.hil.bench import Bench
+from rotflex import commissioning, doubts, experiments, files, hil, model, sampled
+from rotflex.errors import BenchError, HILError, LimitExceeded, MotorNotStopped, RotflexError, RunStopped
+from rotflex.hil.bench import Bench, Measurement
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
+from rotflex.recording import Recording
 from rotflex.units import DEG
 from rotflex_rig.request import Request, read, recording_to_bytes
 from rotflex_rig.web import NoAnswer, ask
@@ -105,7 +109,8 @@ class Worker:
             to_the_mark(bench)
             moved = True
             bench.identity["run"] = asked.run
-            made = run(bench, asked.controller, asked.reference, asked.sample_time, asked.settings, progress=False)
+            with self._while_wanted(bench, number):
+                made = _recorded(bench, asked)
         except (HILError, Astray) as error:
             print(f"{error} The rig is paused.", flush=True)
             is_last = isinstance(error, MotorNotStopped)  # then the bench is closed at once, which tries 0 V again
@@ -118,6 +123,29 @@ class Worker:
         else:
             print(f"Run {number}: {asked.settings['experiment']}, {asked.seconds:.1f} s", flush=True)
             self._asked("PUT", f"/{number}", recording_to_bytes(made))
+
+    @contextmanager
+    def _while_wanted(self, bench: Bench, number: int) -> Iterator[None]:
+        """Stop what runs meanwhile, at its next sample, once the student has taken the run back."""
+        over, unwanted = threading.Event(), threading.Event()
+
+        def look() -> None:
+            while not over.wait(_POLL):
+                with suppress(NoAnswer, BenchError):
+                    if not json.loads(ask(f"{self._url}/{self._name}/{number}")):
+                        unwanted.set()
+
+        def hear(_measured: Measurement, _voltage: float) -> None:
+            if unwanted.is_set():
+                raise RunStopped("Its student took it back.")
+
+        bench.on_sample = hear
+        threading.Thread(target=look, daemon=True).start()
+        try:
+            yield
+        finally:
+            over.set()
+            bench.on_sample = None
 
     def _try(self, bench: Bench, asked: Request) -> None:
         """Raise LimitExceeded if the bench's twin shows that a run would be unstable, or come to a limit."""
@@ -133,7 +161,10 @@ class Worker:
                 loop = control.feedback(sampled_plant, controller.system(), sign=1)
                 if (growth := float(np.abs(loop.poles()).max())) > _OUTSIDE:
                     raise LimitExceeded(_UNSTABLE.format(growth=growth - 1))
-            tried = run(twin, controller, asked.reference, asked.sample_time, asked.settings, progress=False)
+            try:
+                tried = _run(twin, asked)
+            except LimitExceeded as error:
+                raise LimitExceeded(f"The rig did not run it. On the bench's twin: {error.args[0]}") from error
         within = np.flatnonzero(np.abs(tried["vm"]) < limit)
         seconds = asked.sample_time * (np.diff([-1, *within, len(tried)]).max() - 1)
         if seconds > _SATURATED and not isinstance(controller, OpenLoop):
@@ -153,6 +184,20 @@ class Worker:
             if not patient:
                 return b""
             time.sleep(_POLL)
+
+
+def _run(bench: Bench, asked: Request) -> Recording:
+    return run(bench, asked.controller, asked.reference, asked.sample_time, asked.settings, progress=False)
+
+
+def _recorded(bench: Bench, asked: Request) -> Recording:
+    """Make a run, and once more where too many samples came late: nobody else can do something about it."""
+    made = _run(bench, asked)
+    late = doubts.of_samples(made.metadata, len(made))
+    if late is None or not late.refuses:
+        return made
+    to_the_mark(bench)
+    return _run(bench, asked)
 
 
 class Astray(BenchError):

@@ -240,6 +240,19 @@ def test_stop_withdraws_a_run_that_waits(entered):
     assert not waiting(entered)
 
 
+def test_stop_stops_the_bench_too(rig, monkeypatch):
+    rig.work(bench=f"{BENCH}&clock=wall")
+    rig.enter(monkeypatch)
+    with rig.bench() as bench:
+        run = Running(bench, lambda one: experiments.sweep(one, duration=50.0))
+        run.start()
+        [number] = until(lambda: [one["id"] for one in rig.queue.overview()["queue"] if one["state"] == "running"])
+        run.stop()
+        assert run.wait(30)
+    assert rig.queue.status("ada", number)["error"] == "RunStopped"
+    assert rig.queue.recorded() == {}
+
+
 STUDENT = """
 import sys
 from rotflex import experiments, hil
