@@ -82,10 +82,7 @@ def packed(
         "sample_time": sample_time,
         "run": run,
     }
-    try:
-        body = json.dumps(asked, allow_nan=False, sort_keys=True, default=lambda value: value.tolist()).encode()
-    except (ValueError, TypeError, AttributeError) as error:
-        raise BenchError(f"The run cannot be sent: {error}. All of it must be finite numbers.") from None
+    body = json.dumps(asked, sort_keys=True, default=lambda value: value.tolist()).encode()
     read(body)  # what the rig would refuse is said now
     return body
 

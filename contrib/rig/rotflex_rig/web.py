@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import urllib.error
@@ -89,35 +88,25 @@ def token_for(url: str) -> str:
     """
     if token := os.environ.get(TOKEN_VARIABLE):
         return token
-    for known, token in _tokens().items():
-        if url.startswith(f"{known}/"):
-            return token
-    parts = urlsplit(url)
+    try:
+        return _path(url).read_text(encoding="utf-8")
+    except OSError:
+        parts = urlsplit(url)
     raise BenchError(
-        "There is no token of yours for this rig. Run this once: import rotflex_rig; "
-        f'rotflex_rig.login("{parts.scheme}://{parts.netloc}"). It asks for the token that your instructor gave you.'
+        "There is no token of yours for this rig. Run this once, in a cell that you delete afterwards: "
+        f'import rotflex_rig; rotflex_rig.login("{parts.scheme}://{parts.netloc}"). It asks for the token that your '
+        "instructor gave you."
     )
 
 
 def keep_token(url: str, token: str) -> Path:
     """Keep a token in a file that only the user reads, and return the file."""
-    path = _path()
+    path = _path(url)
     path.parent.mkdir(parents=True, exist_ok=True)
-
-    def write(scratch: Path) -> None:
-        with open(os.open(scratch, os.O_WRONLY | os.O_CREAT, 0o600), "w", encoding="utf-8") as file:
-            json.dump({**_tokens(), url: token}, file)
-
-    files.write(path, write)
+    path.touch(0o600)
+    path.write_text(token, encoding="utf-8")
     return path
 
 
-def _path() -> Path:
-    return files.settings() / "rig-tokens.json"
-
-
-def _tokens() -> dict[str, str]:
-    try:
-        return dict(json.loads(_path().read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
-        return {}
+def _path(url: str) -> Path:
+    return files.settings() / "rig-tokens" / urlsplit(url).netloc.replace(":", "-")
