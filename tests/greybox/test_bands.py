@@ -177,6 +177,7 @@ def test_a_run_with_other_friction_lies_inside_and_one_of_a_bench_that_rubs_does
     assert band.doubts()[0] in str(band) and band.doubts()[0] in str(result)
 
 
+@pytest.mark.scheduled
 @pytest.mark.slow
 def test_the_band_is_wider_where_runs_differ_more_and_where_the_fit_leaves_and_tells_less(fitted, monkeypatch):
     result, reference = fitted
@@ -197,6 +198,7 @@ def test_the_band_is_wider_where_runs_differ_more_and_where_the_fit_leaves_and_t
     assert wide["theta"] > 1.3 * usual["theta"] and wide["alpha"] > 1.3 * usual["alpha"]
 
 
+@pytest.mark.scheduled
 @pytest.mark.slow
 def test_a_band_adapted_to_the_beginning_of_a_run_is_narrower_and_holds_the_rest(fitted):
     result, reference = fitted

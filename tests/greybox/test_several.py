@@ -169,6 +169,7 @@ def test_the_spread_between_recordings_is_the_jackknife_of_fits_without_each():
     assert sure.reaches[0] == pytest.approx(3.18245 * expected, rel=1e-5)  # Student's t of 3 degrees of freedom
 
 
+@pytest.mark.scheduled
 def test_a_friction_and_a_delay_that_are_not_there_are_given_up_in_words():
     parameters = replace(SPEC.parameters, link_friction=(0.0, 0.0))
     still = replace(SPEC, parameters=parameters, timing=replace(SPEC.timing, delay=0.0, jitter=0.0, late=0.0))
@@ -248,6 +249,7 @@ def runs(monkeypatch):
     return made
 
 
+@pytest.mark.scheduled
 def test_a_whole_fit_ends_after_a_number_of_runs_of_the_plant(runs, monkeypatch):
     log = run_of(SPEC, 1.0)
     assert fit(log, srv02(), SPEC.joint, progress=False).fixed  # so that there is a second search
@@ -276,6 +278,7 @@ def test_what_the_motor_does_is_given_up_where_it_does_nothing():
     assert found.estimates["braking"].value == pytest.approx(true.torque_per_volt * true.back_emf + true.B_eq, rel=0.01)
 
 
+@pytest.mark.scheduled
 def test_the_log_of_a_real_bench_tells_its_resonance_and_no_link_friction(real_log):
     found = fit(real_log, srv02(), joint(1), progress=False)
     assert set(found.fixed) == {"link_friction"}
