@@ -167,7 +167,7 @@ class Queue:
         self._own(student, number)
         with self._changing():
             self._rows("UPDATE runs SET state = 'withdrawn' WHERE id = ? AND state = 'waiting'", number)
-            self._rows("UPDATE runs SET key = '' WHERE id = ?", number)
+            self._rows("UPDATE runs SET key = '', body = '' WHERE id = ?", number)
 
     def recording(self, student: str, number: int) -> bytes:
         """Return the recording of a run that is done."""
@@ -291,7 +291,7 @@ class Queue:
 
     def _end(self, number: int, state: str, error: str = "", reason: str = "") -> None:
         ended = state, self._now(), error, reason, number
-        self._rows("UPDATE runs SET state = ?, ended = ?, error = ?, reason = ? WHERE id = ?", *ended)
+        self._rows("UPDATE runs SET state = ?, ended = ?, error = ?, reason = ?, body = '' WHERE id = ?", *ended)
 
     def _put_back(self, reason: str) -> None:
         self._rows(

@@ -61,7 +61,6 @@ class Worker:
 
     def __init__(self, url: str, bench: str, twin: str) -> None:
         self._url, self._bench, self._twin = f"{url}/work", hil.open(bench), hil.open(twin)
-        self._twin.safety.limits = self._bench.safety.limits
         folder = files.settings()
         folder.mkdir(parents=True, exist_ok=True)
         self._lock: IO[bytes] = (folder / f"rig-worker-{uuid.uuid5(uuid.NAMESPACE_URL, url)}").open("a+b")

@@ -119,6 +119,12 @@ def test_the_same_run_is_found_again_until_it_was_collected_or_withdrawn(queue, 
     assert put(queue, "ada") not in (first, second)
 
 
+def test_what_was_sent_is_kept_only_as_long_as_it_may_run(queue, tmp_path):
+    for n in range(20):
+        queue.let_go("ada", queue.put("ada", b"%d" % n * 100_000, "tracking", 10.0))
+    assert queue._rows("SELECT SUM(LENGTH(body)) FROM runs")[0][0] == 0
+
+
 def test_nobody_has_more_waiting_than_allowed_or_sees_runs_of_others(queue):
     for text in "abc":
         mine = put(queue, "ada", text)
