@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("rotflex", "labcourse")
 
 #: The most lines of code of all rooms: lower it with each landing that makes them fewer.
-MOST = 35_602
+MOST = 35_601
 #: Room → the lines of code that it should come to, and its files. Where several patterns match, the longest one
 #: decides: a file that is named belongs elsewhere than the rest of its folder.
 ROOMS: dict[str, tuple[int, tuple[str, ...]]] = {

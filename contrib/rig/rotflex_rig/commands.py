@@ -62,7 +62,9 @@ def admit(
 @app.command()
 def revoke(rig: Rig, who: Annotated[str, Argument(help="The student's ID; or worker, or laboratory.")]) -> None:
     """End somebody's token, and take their runs out of the queue."""
-    typer.echo(f"{who}'s token has ended." if Queue(rig).revoke(who) else f"{who} has no token.")
+    if not Queue(rig).revoke(who):
+        raise Refused(404, f"Nobody of the ID {who} has a token.")
+    typer.echo(f"{who}'s token has ended.")
 
 
 @app.command()

@@ -125,7 +125,7 @@ class Queue:
                 return str(person["id"])
             raise Refused(403, f"This needs a token of the {' or '.join(roles)}; yours is of the {person['role']}.")
         raise Refused(
-            UNKNOWN, "The rig does not know this token, or it was revoked. Ask your instructor for a new one."
+            UNKNOWN, "The rig does not know this token, or it was revoked. Ask whoever gave it to you for a new one."
         )
 
     # --- students -------------------------------------------------------------------------------------------------

@@ -58,7 +58,7 @@ def ask(url: str, method: str = "GET", body: bytes | None = None, token: str | N
     NoAnswer
         If nobody answers.
     """
-    token = (token or token_for(url)).strip()
+    token = (token_for(url) if token is None else token).strip()
     if not re.fullmatch(r"[\w-]+", token, re.ASCII):
         raise BenchError("This is no token: it has letters, digits, - and _ only. Copy it again.")
     headers = {"Authorization": f"Bearer {token}", "Content-Type": "application/octet-stream"}

@@ -221,8 +221,7 @@ def listening(port: int, everywhere: bool = False) -> socket.socket:
         return socket.create_server((host, port), family=family, dualstack_ipv6=both)
     except OSError as error:
         raise GradingError(
-            f"Port {port} cannot be used: {error.strerror}. Name another one by --port; without it a free one, or that "
-            "of --url, is taken."
+            f"Port {port} cannot be used: {error.strerror}. Name another one by --port; --port 0 takes a free one."
         ) from None
 
 
