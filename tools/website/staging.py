@@ -26,7 +26,7 @@ FOR_INSTRUCTORS = (
     "solutions",
     *(f"{module.replace('.', '/')}.py" for module in course.find(ROOT).withheld),
 )
-BESIDE = ("CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "contrib/serial/README.md")
+BESIDE = ("CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "contrib/serial/README.md", "contrib/rig/README.md")
 
 
 def write(folder: Path, instructors: bool = False) -> None:
