@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -32,7 +31,7 @@ NOBODY = "demo"  #: the student if nobody gives an ID
 
 def how_to_name() -> str:
     """Return what a person does to say who they are, or that they are another one."""
-    if sys.platform == "emscripten":
+    if files.IN_BROWSER:
         return f"delete the file {COURSE_FILE}, and reload the page, which asks for it"
     return f"start {program.name()} lab --student YOUR-ID"
 

@@ -17,6 +17,7 @@ from typing import IO, Any, TypeVar
 
 from labcourse.safe_text import no_escapes
 
+IN_BROWSER = sys.platform == "emscripten"  #: whether Python itself is in the browser
 ANSWERS_FILE = "answers.json"  #: beside the notebooks: what a student has answered
 KERNEL = Path(__file__).parent / "jupyter" / "kernel.py"  #: the program of a notebook's kernel
 LAB_EXTENSIONS = KERNEL.parent / "labextensions"  #: JupyterLab's extension that runs a notebook's first cells
@@ -75,7 +76,7 @@ def lock(file: IO[bytes]) -> None:
         import msvcrt
 
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-    elif sys.platform != "emscripten":  # a browser has no locks
+    elif not IN_BROWSER:  # which has no locks
         import fcntl
 
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -144,7 +145,7 @@ def read(path: Path, most: int | None = None) -> bytes:
 
 def _opener(name: str | Path, flags: int) -> int:
     """Open a file that may have been replaced just now by a link or a pipe."""
-    if sys.platform != "emscripten":  # JupyterLite writes anew what was opened with them, even for reading
+    if not IN_BROWSER:  # JupyterLite writes anew what was opened with them, even for reading
         flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     return os.open(name, flags, 0o666)
 

@@ -20,11 +20,11 @@ from labcourse.answers.report_files import ReportFile, own_document
 from labcourse.answers.words import SavedTexts
 from labcourse.course_file import NOBODY
 from labcourse.errors import AnswerError, ConfigurationError, StudentIDError
-from labcourse.files import ANSWERS_FILE, COURSE_FILE
+from labcourse.files import ANSWERS_FILE, COURSE_FILE, IN_BROWSER
 from labcourse.messages import number_of
 from labcourse.problems import Where
 from labcourse.report import making, recorded_figures
-from labcourse.run import IN_BROWSER, by_program, from_notebook, place
+from labcourse.run import by_program, from_notebook, place
 from labcourse.run.from_notebook import cell_now
 from labcourse.sentences import sentences
 

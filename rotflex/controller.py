@@ -99,8 +99,7 @@ class SystemController:
     @property
     def numbers(self) -> dict[str, Any]:
         """Its matrices and its sample time, plain data."""
-        matrices = {"A": self._A, "B": self._B, "C": self._C, "D": self._D}
-        return {**{name: matrix.tolist() for name, matrix in matrices.items()}, "sample_time": self.sample_time}
+        return {name: getattr(self, f"_{name}").tolist() for name in "ABCD"} | {"sample_time": self.sample_time}
 
     def system(self) -> StateSpace:
         """Return it as a discrete system of python-control, from theta and alpha to the voltage."""

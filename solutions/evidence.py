@@ -21,9 +21,10 @@ from labcourse.answers.json_values import clean, read_dict, read_list, read_numb
 from labcourse.errors import AnswerError
 from labcourse.problems import Code, Problem, Reason
 from rotflex.course import plausible
-from rotflex.course.recordings_folder import CHANNELS, LONGEST, MOST_RECORDINGS, MOST_SAMPLES
+from rotflex.course.recordings_folder import CHANNELS, MOST_RECORDINGS, MOST_SAMPLES
 from rotflex.errors import RotflexError
 from rotflex.hil.bench_file import LONGEST_NAME
+from rotflex.hil.recorder import LONGEST
 from rotflex.hil.replay import REPORTED, SETTINGS, VOLTAGE_LIMIT
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, MOST_NOTED, TIMING

@@ -16,9 +16,10 @@ from labcourse.answers import report_files
 from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.own_files import megabytes
 from labcourse.errors import AnswerError
+from labcourse.files import IN_BROWSER
 from labcourse.messages import number_of
 from labcourse.problems import Reason
-from labcourse.run import IN_BROWSER, by_program, from_notebook
+from labcourse.run import by_program, from_notebook
 from labcourse.sentences import sentence
 
 #: Libraries that make a report: name to import → name to install.

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import sys
 
-IN_BROWSER = sys.platform == "emscripten"  #: whether Python itself is in the browser
 SESSION = "JPY_SESSION_NAME"  #: environment variable: the notebook's path, set by the server that starts its kernel
 #: Environment variable, set while notebooks are run by a program: "grade" or "check".
 RUNNING = "LABCOURSE_RUNNING"

@@ -18,7 +18,8 @@ from typing import Any
 from labcourse import course_file, job
 from labcourse.answers.cell_reports import REPORTS_FILE
 from labcourse.errors import CheckError
-from labcourse.run import IN_BROWSER, RUNNING
+from labcourse.files import IN_BROWSER
+from labcourse.run import RUNNING
 from labcourse.run.engine import Engine
 from labcourse.run.inside import private_interfaces
 

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from labcourse import files, program
+from labcourse.files import IN_BROWSER
 from labcourse.patterns import CELL_ID
-from labcourse.run import IN_BROWSER, by_program
+from labcourse.run import by_program
 from labcourse.safe_text import no_escapes
 
 if TYPE_CHECKING:  # the commands' help loads this module

@@ -18,10 +18,10 @@ from labcourse.answers.catalogue import Catalogue
 from labcourse.answers.notebooks import Notebook
 from labcourse.course_file import NOBODY
 from labcourse.errors import CheckError, StudentIDError
-from labcourse.files import ANSWERS_FILE, COURSE_FILE
+from labcourse.files import ANSWERS_FILE, COURSE_FILE, IN_BROWSER
 from labcourse.messages import number_of
 from labcourse.problems import Code, Problem
-from labcourse.run import IN_BROWSER, student_folder
+from labcourse.run import student_folder
 from labcourse.run.check import Checked
 from labcourse.sentences import sentence, sentences
 

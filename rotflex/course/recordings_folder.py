@@ -18,7 +18,7 @@ from rotflex import hil
 from rotflex.config import Joint, Servo, joint, srv02
 from rotflex.errors import RecordingError
 from rotflex.hil.bench import Bench
-from rotflex.hil.recorder import file_stem
+from rotflex.hil.recorder import LONGEST, file_stem
 from rotflex.hil.replay import REPORTED, SETTINGS, VOLTAGE_LIMIT, RecordedRuns, described, implausible_timing, run_of
 from rotflex.recording import Recording
 from rotflex.unanswered import HELD, LOST, TIMING, table_of
@@ -26,7 +26,6 @@ from rotflex.unanswered import HELD, LOST, TIMING, table_of
 FOLDER = "recordings"  #: beside the notebooks
 ADDRESS = "recorded"  #: of the bench in which these recordings stand in the plant's place
 MOST_RECORDINGS = 20  #: that count, of one student
-LONGEST = 60.0  #: s, of one of them
 MOST_SAMPLES = 30_001  #: of one of them: 60 s at 2 ms
 CHANNELS = ("theta_ref", "theta", "alpha", "vm")  #: what marking gets to see of a recording
 _DIGITS = 9  # significant digits of a sample, as marking gets it: a billionth of a radian
@@ -94,8 +93,7 @@ class RecordingsFolder:
     def keeping(self, bench: Bench, run: int) -> Bench:
         """Have each recording of a real bench kept here as soon as it is made, and return the bench."""
         bench.identity["run"] = run
-        limit = min(bench.safety.limits.voltage, bench.servo.V_max)
-        reported = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: limit}
+        reported = {"servo": asdict(bench.servo), "joint": asdict(bench.joint), VOLTAGE_LIMIT: bench.v_max}
 
         def keep(recording: Recording) -> None:
             whole = replace(recording, metadata={**recording.metadata, REPORTED: reported})

@@ -339,7 +339,7 @@ class Bench:
         """
         if np.iscomplexobj(voltage):  # numpy's compare, and lose their imaginary part on the way to the board
             self._end(BenchError(f"The controller asked for {voltage} V; a voltage is a real number."))
-        most = self._v_max
+        most = self.v_max
         applied = min(max(voltage, -most), most)
         if applied != voltage:
             self._refuse_beyond(voltage)  # raises for NaN, which equals nothing, and where nothing may be cut
@@ -373,7 +373,7 @@ class Bench:
         if not np.isfinite(voltage):
             self._end(BenchError(f"The controller asked for {voltage} V; check the gain."))
         if self.safety.limits.why:
-            why = f"The controller asked for {voltage:.1f} V, and the limit is ±{self._v_max:g} V."
+            why = f"The controller asked for {voltage:.1f} V, and the limit is ±{self.v_max:g} V."
             self._end(LimitExceeded(at(why, self.latest.time, self.safety.limits.why)))
 
     def disturb(self, torque: ArrayLike | Push | None) -> None:
@@ -443,7 +443,8 @@ class Bench:
         self.safety.halt(self.connection)
 
     @property
-    def _v_max(self) -> float:
+    def v_max(self) -> float:
+        """The voltage to which larger commands are cut, or beyond which they are refused, V."""
         return min(self.safety.limits.voltage, self.servo.V_max)
 
     def _end(self, error: BenchError, cause: Exception | None = None) -> NoReturn:

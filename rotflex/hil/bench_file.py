@@ -309,6 +309,11 @@ class Twin:
     name: str = ""
 
 
+def parts_of(servo: Servo) -> dict[str, Any]:
+    """Return what :func:`rotflex.config.srv02` takes to make this servo again, plain values."""
+    return {name: getattr(servo, name) for name in _PARTS} | {"amplifier": servo.amplifier.name}
+
+
 def save_twin(path: str | Path, twin: Twin, about: Mapping[str, Any]) -> None:
     """Write a ``twin.toml``.
 
@@ -324,10 +329,9 @@ def save_twin(path: str | Path, twin: Twin, about: Mapping[str, Any]) -> None:
         If it cannot be written.
     """
     spec, servo = twin.spec, twin.servo
-    parts = {name: getattr(servo, name) for name in _PARTS} | {"amplifier": servo.amplifier.name}
     lines = [f"# A plant fitted to recordings: open it as virtual:{Path(path).name}."]
     lines += _table("about", about)
-    lines += _table("parts", {**parts, "arm_position": spec.joint.arm_position})
+    lines += _table("parts", {**parts_of(servo), "arm_position": spec.joint.arm_position})
     lines += _table("plant", {name: getattr(spec.parameters, name) for name in _NAMES} | {"delay": spec.timing.delay})
     files.write(path, "\n".join(lines) + "\n")
 

@@ -306,7 +306,8 @@ def plain(controller: Controller) -> dict[str, Any]:
             f"{name_of(controller)} is Python code, which is not sent anywhere. Give a gain, a discrete system of "
             "python-control, or a controller of rotflex.hil.controllers."
         )
-    return {"kind": kind.__name__, **controller.numbers}  # type: ignore[attr-defined]
+    of_kind: Any = controller  # each of these has numbers
+    return {"kind": kind.__name__, **of_kind.numbers}
 
 
 def of_plain(data: Mapping[str, Any]) -> Controller:

@@ -22,6 +22,8 @@ from rotflex.hil.connection import Outcome
 from rotflex.recording import PUSHED, Channel, Recording
 from rotflex.units import Array, Vector
 
+LONGEST = 60.0  #: s, of a recording that counts
+
 
 class Recorder:
     """Where a bench's recordings go.

@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from typer import Argument, Option
 
-from rotflex.errors import RotflexError
+from rotflex.bench_commands import errors_as_messages
 from rotflex_rig import address
 from rotflex_rig.queue import LABORATORY, NEW, SETTINGS_FILE, STUDENT, WORKER, Queue, Refused
 from rotflex_rig.request import recording_of_bytes
@@ -24,7 +24,12 @@ _COMPRESSED = 15  # kind of an element in a .mat file, version 5
 _MOST_INFLATED = 20_000_000  # bytes of one array in a file
 
 
-@app.command()
+def command(act: Callable[..., None]) -> Callable[..., None]:
+    """Add a command. Its errors are said as those of ``rotflex bench``: exit code 2, or 4 with the motor not at 0 V."""
+    return app.command()(errors_as_messages()(act))
+
+
+@command
 def new(rig: Rig) -> None:
     """Make the folder of a rig, and print the tokens of its worker and of the laboratory's page."""
     rig.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -37,7 +42,7 @@ def new(rig: Rig) -> None:
         typer.echo(f"{role}: {token or f'has one already; a new one comes after rotflex-rig revoke {rig} {role}'}")
 
 
-@app.command()
+@command
 def admit(
     rig: Rig, roster: Annotated[Path, Argument(help="The class's roster, a CSV as the gradebook takes it.")]
 ) -> None:
@@ -59,7 +64,7 @@ def admit(
     typer.echo("\n".join([*problems, f"{tokens}: {len(made)} new tokens, of {len(students)} students."]))
 
 
-@app.command()
+@command
 def revoke(rig: Rig, who: Annotated[str, Argument(help="The student's ID; or worker, or laboratory.")]) -> None:
     """End somebody's token, and take their runs out of the queue."""
     if not Queue(rig).revoke(who):
@@ -67,7 +72,7 @@ def revoke(rig: Rig, who: Annotated[str, Argument(help="The student's ID; or wor
     typer.echo(f"{who}'s token has ended.")
 
 
-@app.command()
+@command
 def serve(
     rig: Rig,
     url: Annotated[str | None, Option(help="The rig's address for other computers: https://rig.school.edu.")] = None,
@@ -93,13 +98,13 @@ def serve(
         raise Refused(500, str(error)) from None
 
 
-@app.command()
+@command
 def login(url: Annotated[str, Argument(help="The rig's address.")]) -> None:
     """Ask for a token, try it, and keep it for this user of this computer."""
     address.login(url)
 
 
-@app.command()
+@command
 def work(
     url: Annotated[str, Argument(help="The rig's address.")],
     bench: Annotated[str, Argument(help="The bench: bench.toml.")],
@@ -111,7 +116,7 @@ def work(
     Worker(checked(url), bench, twin).work()
 
 
-@app.command()
+@command
 def compare(rig: Rig, marks: Annotated[str, Argument(metavar="MARKS", help="The class's gradebook.")]) -> None:
     """List the recordings of a class, and which of them the rig made, and for whom."""
     from labcourse.grading.gradebook import Gradebook
@@ -144,14 +149,5 @@ def _ends(content: bytes, sizes: set[int]) -> Iterator[tuple[int, bytes]]:
             yield size, hashlib.sha256(data[-8 * size :]).digest()
 
 
-def run() -> None:
-    """Run the command; what it refuses is said in a line."""
-    try:
-        app()
-    except (RotflexError, OSError) as error:
-        typer.echo(f"Error: {error}", err=True)
-        raise SystemExit(1) from None
-
-
 if __name__ == "__main__":
-    run()
+    app()

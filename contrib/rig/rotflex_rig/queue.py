@@ -27,7 +27,7 @@ SETTINGS_FILE, RECORDINGS = "rig.toml", "recordings"
 PRESENCE = 1800.0  #: s for which a confirmation counts that somebody is in the laboratory
 STUDENT, LABORATORY, WORKER = "student", "laboratory", "worker"  #: who has a token
 _TRIES = 2  # of a run during which something died
-_OVERHEAD = 3.0  # s that a run takes besides itself, for what students are told
+_OVERHEAD = 3.0  # s between two runs, for the estimate of how long a student waits
 _SILENT = 60.0  # s without a word of a worker, after which one on another computer may take its place
 _DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 #: The settings of a new rig.
@@ -90,13 +90,9 @@ class Queue:
 
     @contextmanager
     def _changing(self) -> Iterator[None]:
-        self._database.execute("BEGIN IMMEDIATE")
-        try:
+        with self._database:  # commits, or takes all back
+            self._database.execute("BEGIN IMMEDIATE")
             yield
-        except BaseException:
-            self._database.execute("ROLLBACK")
-            raise
-        self._database.execute("COMMIT")
 
     def _rows(self, sql: str, *values: Any) -> list[sqlite3.Row]:
         return self._database.execute(sql, values).fetchall()
@@ -320,7 +316,7 @@ class Queue:
     def overview(self) -> dict[str, Any]:
         """Return the queue, the last runs, and the state of the rig, for the page."""
         [rig] = self._rows("SELECT * FROM rig")
-        shown = ("id", "student", "name", "seconds", "state", "error", "reason", "ended")
+        shown = ("id", "student", "name", "seconds", "state", "reason")
         last = self._rows("SELECT * FROM runs WHERE state NOT IN ('waiting', 'running') ORDER BY ended DESC LIMIT 12")
         under_way = self._rows("SELECT * FROM runs WHERE state = 'running'")
         return {

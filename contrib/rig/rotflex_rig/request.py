@@ -18,12 +18,12 @@ from rotflex.controller import Controller, runnable
 from rotflex.errors import BenchError, RotflexError
 from rotflex.hil import controllers
 from rotflex.hil.guard import SLOWEST
+from rotflex.hil.recorder import LONGEST
 from rotflex.hil.replay import SETTINGS
 from rotflex.recording import Channel, Recording
 from rotflex.units import Vector
 
 MOST_BYTES = 1_000_000  #: of a run as JSON
-LONGEST = 60.0  #: s, of a run; longer recordings do not count in the course
 FASTEST = 0.001  #: s, between two samples
 EXPERIMENTS = ("sweep", "free decay", "validation", "tracking", "follow")
 _MOST_STATES = 30  # of a controller
@@ -124,9 +124,9 @@ def read(body: bytes) -> Request:
 
 def recording_to_bytes(recording: Recording) -> bytes:
     """Return a recording as bytes, to the last bit; a ``.mat`` file has angles in degrees, and rounds."""
-    channels = {f"channel {name} {one.unit}": one.values for name, one in recording.channels.items()}
+    arrays: dict[str, Any] = {f"channel {name} {one.unit}": one.values for name, one in recording.channels.items()}
     file = io.BytesIO()
-    np.savez_compressed(file, time=recording.time, metadata=json.dumps(recording.metadata), **channels)  # type: ignore[arg-type]
+    np.savez_compressed(file, time=recording.time, metadata=json.dumps(recording.metadata), **arrays)
     return file.getvalue()
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from rotflex import commissioning, doubts, experiments, files, hil, model, sampled
 from rotflex.errors import BenchError, HILError, LimitExceeded, MotorNotStopped, RotflexError, RunStopped
 from rotflex.hil.bench import Bench, Measurement
+from rotflex.hil.bench_file import parts_of
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
 from rotflex.recording import Recording
@@ -32,7 +33,6 @@ _POLL = 1.0  # s, between two questions while there is nothing to do
 _SATURATED = 0.3  # s at the voltage limit without a break, which no good controller needs
 _NEAR, _AT_MARK = 3 * DEG, 10 * DEG  # from the mark: what is not worth turning back, and where a run may begin
 _OUTSIDE = 1 + 1e-6  # of a pole in z: outside the unit circle, but for rounding
-_PARTS = ("encoder", "cable_gain", "tachometer")  # of the servo; its amplifier has a name, too
 _UNSTABLE = (
     "The rig did not run it: with this controller the loop is unstable. On the bench's twin a disturbance grows by "
     "{growth:.1%} from sample to sample. Look at the controller's signs and at the model that it was designed with."
@@ -60,7 +60,7 @@ class Worker:
     """
 
     def __init__(self, url: str, bench: str, twin: str) -> None:
-        self._url, self._bench, self._twin = f"{url}/work", hil.open(bench), hil.open(twin)
+        self._url, self._bench, self._twin = f"{url}/worker", hil.open(bench), hil.open(twin)
         folder = files.settings()
         folder.mkdir(parents=True, exist_ok=True)
         self._lock: IO[bytes] = (folder / f"rig-worker-{uuid.uuid5(uuid.NAMESPACE_URL, url)}").open("a+b")
@@ -148,7 +148,7 @@ class Worker:
 
     def _try(self, bench: Bench, asked: Request) -> None:
         """Raise LimitExceeded if the bench's twin shows that a run would be unstable, or come to a limit."""
-        limit, controller = _limit(bench), asked.controller
+        limit, controller = bench.v_max, asked.controller
         most = float(np.abs(asked.reference).max())
         if isinstance(controller, OpenLoop) and most > limit:
             raise LimitExceeded(_BEYOND.format(most=most, limit=limit))
@@ -226,12 +226,7 @@ def to_the_mark(bench: Bench) -> None:
         raise Astray(f"The arm stands {bench.place / DEG:.0f} deg from its mark, and did not come back by itself.")
 
 
-def _limit(bench: Bench) -> float:
-    return min(bench.safety.limits.voltage, bench.servo.V_max)
-
-
 def _described(bench: Bench) -> dict[str, Any]:
     """Return what students' computers need to know of the bench, plain data."""
-    parts = {name: getattr(bench.servo, name) for name in _PARTS} | {"amplifier": bench.servo.amplifier.name}
-    identity = {**bench.identity, "run": 1}
-    return {"servo": parts, "joint": asdict(bench.joint), "identity": identity, "voltage": _limit(bench)}
+    about = {"servo": parts_of(bench.servo), "joint": asdict(bench.joint), "voltage": bench.v_max}
+    return {**about, "identity": {**bench.identity, "run": 1}}

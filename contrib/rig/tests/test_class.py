@@ -112,7 +112,7 @@ def test_a_token_is_shown_once_and_handed_out_by_a_csv(tmp_path):
     assert os.name == "nt" or (tmp_path / "rig" / "tokens.csv").stat().st_mode & 0o077 == 0
     assert "ended" in run(app, ["revoke", str(tmp_path / "rig"), "ada"]).output
     assert "have one" not in said and "rig-" not in run(app, ["new", str(tmp_path / "rig")]).output
-    assert run(app, ["admit", str(tmp_path / "rig"), str(ids)]).exit_code == 1  # tokens that nobody has yet
+    assert run(app, ["admit", str(tmp_path / "rig"), str(ids)]).exit_code == 2  # tokens that nobody has yet
     (tmp_path / "rig" / "tokens.csv").unlink()
     run(app, ["admit", str(tmp_path / "rig"), str(ids)])
     again = (tmp_path / "rig" / "tokens.csv").read_text(encoding="utf-8").splitlines()

@@ -191,10 +191,10 @@ def test_each_address_asks_for_its_own_token(rig):
     student = rig.admit("ada")
     asked = {
         "/runs": "POST", "/runs/1": "GET", "/runs/1/recording": "GET", "/bench": "GET", "/me": "GET",
-        "/queue": "GET", "/control": "POST", "/curves/1": "GET", "/work/x": "POST", "/work/x/1": "PUT",
+        "/queue": "GET", "/control": "POST", "/curves/1": "GET", "/worker/x": "POST", "/worker/x/1": "PUT",
     }  # fmt: skip
     tokens = {"nobody": "no", "ada": student, WORKER: rig.token[WORKER], LABORATORY: rig.token[LABORATORY]}
-    allowed = {"/runs": "ada", "/bench": "ada", "/queue": LABORATORY, "/control": LABORATORY, "/work": WORKER}
+    allowed = {"/runs": "ada", "/bench": "ada", "/queue": LABORATORY, "/control": LABORATORY, "/worker": WORKER}
     for path, method in asked.items():
         for who, token in tokens.items():
             mine = allowed.get(next((one for one in allowed if path.startswith(one)), ""), LABORATORY)
@@ -344,7 +344,7 @@ def test_a_second_worker_on_this_computer_ends_and_says_why(entered):
     entered.bench()
     second = entered.work()
     said = second.communicate(timeout=60)[0]
-    assert second.returncode == 1 and "One bench has one worker" in said
+    assert second.returncode == 2 and "One bench has one worker" in said
     assert entered.workers[0].poll() is None
 
 
@@ -352,7 +352,7 @@ def test_a_second_worker_on_another_computer_ends_too(entered, tmp_path):
     entered.bench()
     second = entered.work(ROTFLEX_CONFIG_DIR=str(tmp_path / "elsewhere"))
     said = second.communicate(timeout=60)[0]
-    assert second.returncode == 1 and "One bench has one worker" in said
+    assert second.returncode == 2 and "One bench has one worker" in said
     assert entered.workers[0].poll() is None
 
 

@@ -33,8 +33,8 @@ with hil.open("bench.toml") as bench:
 """
 WORK = f"""{BEGIN}
 sys.argv = ["rotflex-rig", "work", sys.argv[2], "bench.toml", "virtual:?preset=real_bench"]
-from rotflex_rig.commands import run
-run()
+from rotflex_rig.commands import app
+app()
 """
 STUDENT = """
 import sys
@@ -131,7 +131,7 @@ def test_without_the_mark_no_run_is_begun_and_the_worker_says_what_to_do(laborat
         path.unlink()
     worker = laboratory.work()
     said = worker.communicate(timeout=60)[0]
-    assert worker.returncode == 1 and "rotflex bench zero" in said
+    assert worker.returncode == 2 and "rotflex bench zero" in said
     assert len(rig.queue.order()) == 1
 
 

@@ -49,10 +49,11 @@ _PAGE = Path(__file__).with_name("lite_page")
 _SETTINGS = files.KERNEL.parent / "labconfig" / "default_setting_overrides.json"
 _KERNEL = "@jupyterlite/pyodide-kernel-extension"
 #: JupyterLab's side of the widgets, for the JupyterLab that is in JupyterLite.
-_EXTENSIONS = ("jupyterlab_widgets==3.0.13", "anywidget==0.9.18")
+_ANYWIDGET = "anywidget==0.9.18"
+_EXTENSIONS = ("jupyterlab_widgets==3.0.13", _ANYWIDGET)
 #: Libraries that Pyodide has not, in versions that were tested: all are pure Python.
 _WHEELS = (
-    *("anywidget==0.9.18", "click==8.1.8", "comm==0.2.2", "control==0.10.2", "fastjsonschema==2.21.1"),
+    *(_ANYWIDGET, "click==8.1.8", "comm==0.2.2", "control==0.10.2", "fastjsonschema==2.21.1"),
     *("ipywidgets==8.1.5", "markdown-it-py==3.0.0", "mdurl==0.1.2", "mpmath==1.3.0", "psygnal==0.11.1"),
     *("rich==13.9.4", "shellingham==1.5.4", "sympy==1.13.3", "tqdm==4.67.1", "typer==0.15.4"),
     "typing-extensions==4.12.2",

@@ -220,9 +220,7 @@ def listening(port: int, everywhere: bool = False) -> socket.socket:
     try:
         return socket.create_server((host, port), family=family, dualstack_ipv6=both)
     except OSError as error:
-        raise GradingError(
-            f"Port {port} cannot be used: {error.strerror}. Name another one by --port; --port 0 takes a free one."
-        ) from None
+        raise GradingError(f"Port {port} cannot be used: {error.strerror}. Name another one by --port.") from None
 
 
 def check_certificate(certificate: Path, private_key: Path | None) -> None:
