@@ -6,6 +6,7 @@ import hashlib
 import struct
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -29,6 +30,17 @@ def command(act: Callable[..., None]) -> Callable[..., None]:
     return app.command()(errors_as_messages()(act))
 
 
+@contextmanager
+def _of_course() -> Iterator[None]:
+    """Let what the course's package refuses be said in the same way."""
+    from labcourse.errors import CourseError
+
+    try:
+        yield
+    except CourseError as error:
+        raise Refused(500, str(error)) from None
+
+
 @command
 def new(rig: Rig) -> None:
     """Make the folder of a rig, and print the tokens of its worker and of the laboratory's page."""
@@ -47,19 +59,16 @@ def admit(
     rig: Rig, roster: Annotated[Path, Argument(help="The class's roster, a CSV as the gradebook takes it.")]
 ) -> None:
     """Write tokens.csv, with a token for each student who has none yet. Hand each student their own line."""
-    from labcourse.errors import GradingError
     from labcourse.grading.gradebook.roster import read
 
     queue, tokens = Queue(rig), rig / "tokens.csv"
     if tokens.exists():
         raise Refused(409, f"{tokens} is there from the last time: hand it out, delete it, and come again.")
-    try:
+    with _of_course():
         listed, problems, _columns = read(roster)
-    except GradingError as error:
-        raise Refused(422, str(error)) from None
     students = [one.student for one in listed.values() if one.student]
+    tokens.touch(0o600)  # before tokens are made, which nobody could read if it cannot be
     made = queue.admit(STUDENT, *students)
-    tokens.touch(0o600)
     tokens.write_text("".join(f"{row}\n" for row in ("student,token", *map(",".join, made.items()))), encoding="utf-8")
     typer.echo("\n".join([*problems, f"{tokens}: {len(made)} new tokens, of {len(students)} students."]))
 
@@ -82,20 +91,18 @@ def serve(
     port: Annotated[int, Option(min=0, max=65535, help="Where to listen; 0 for a free port.")] = 8700,
 ) -> None:
     """Serve the rig: for this computer alone, or with --url for others."""
-    from labcourse.errors import GradingError
     from labcourse.grading.scoring import start
     from rotflex_rig.server import application
 
-    try:
+    queue = Queue(rig)
+    with _of_course():
         site = start.find_site(url, proxy, certificate, private_key, only_address=False)
         if certificate is not None:
             start.check_certificate(certificate, private_key)
         with start.listening(port, certificate is not None) as listener:
             site = site or start.on_loopback(listener.getsockname()[1])
             typer.echo(f"The rig is at {site.url}, and its page, too. Ctrl-C ends it; nothing is lost.")
-            start.run(application(Queue(rig), site), listener, certificate, private_key)
-    except GradingError as error:
-        raise Refused(500, str(error)) from None
+            start.run(application(queue, site), listener, certificate, private_key)
 
 
 @command
@@ -125,7 +132,9 @@ def compare(rig: Rig, marks: Annotated[str, Argument(metavar="MARKS", help="The 
     for number, (student, path) in Queue(rig).recorded().items():
         alpha = recording_of_bytes(path.read_bytes()).degrees("alpha")  # as files of students have it
         made[alpha.size, hashlib.sha256(alpha.tobytes()).digest()] = number, student
-    with Gradebook(marks) as book:
+    if "://" not in marks and not Path(marks).is_file():
+        raise Refused(404, f"There is no gradebook {marks}.")
+    with _of_course(), Gradebook(marks) as book:
         for student in book.handed_in():
             stored = {one.digest: one.name for one in book.stored(student) if one.name.endswith(".mat")}
             for digest, content in book.contents(student, stored).items():

@@ -80,9 +80,12 @@ class Queue:
         try:
             settings = tomllib.loads((folder / SETTINGS_FILE).read_text(encoding="utf-8"))
             self._hours = {_DAYS.index(day): (begin, end) for day, (begin, end) in settings["hours"].items()}
+            if not all(isinstance(one, datetime.time) for hours in self._hours.values() for one in hours):
+                raise TypeError("hours are times, as in Mon = [08:00:00, 18:00:00]")
             self._most_waiting = int(settings["most_waiting"])
-        except (OSError, ValueError, LookupError, TypeError) as error:
-            raise Refused(500, f"{folder / SETTINGS_FILE}: {error}. rotflex-rig new FOLDER writes one.") from None
+        except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+            advice = "rotflex-rig new FOLDER writes these settings where there are none."
+            raise Refused(500, f"{folder / SETTINGS_FILE} cannot be used: {error}. {advice}") from None
         self._recordings.mkdir(exist_ok=True)
         self._database = sqlite3.connect(folder / "rig.db", isolation_level=None, check_same_thread=False, timeout=30)
         self._database.row_factory = sqlite3.Row

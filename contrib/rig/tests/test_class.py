@@ -100,6 +100,13 @@ def test_compare_lists_which_recordings_are_the_rigs(worked, tmp_path):
     assert "not the rig's" in of["eve:", "recordings/broken.mat"]
 
 
+def test_compare_makes_no_gradebook(tmp_path):
+    CliRunner().invoke(app, ["new", str(tmp_path / "rig")])
+    said = CliRunner().invoke(app, ["compare", str(tmp_path / "rig"), str(tmp_path / "marks.db")])
+    assert said.exit_code == 2
+    assert not (tmp_path / "marks.db").exists()
+
+
 def test_a_token_is_shown_once_and_handed_out_by_a_csv(tmp_path):
     ids = tmp_path / "class.csv"
     ids.write_text("student,name\nada,Ada\nben,Ben\n", encoding="utf-8")

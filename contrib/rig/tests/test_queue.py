@@ -90,6 +90,17 @@ def test_sixty_students_with_two_runs_each_are_served_in_turn(queue, time, betwe
     assert laboratory.busy / laboratory.waited > 0.85
 
 
+@pytest.mark.parametrize(
+    "settings",
+    ["", "most_waiting = 3", "hours = 3\nmost_waiting = 3", "most_waiting = 3\n[hours]\nMon = ['08:00', '18:00']",
+     "most_waiting = 3\n[hours]\nMonday = [08:00:00, 18:00:00]", "most_waiting = 3\n[hours]\nMon = 08:00:00", "["],
+)  # fmt: skip
+def test_settings_that_cannot_be_are_refused_before_anybody_is_served(tmp_path, settings):
+    (tmp_path / "rig.toml").write_text(settings)
+    with pytest.raises(Refused):
+        Queue(tmp_path)
+
+
 def test_next_is_who_had_the_fewest_seconds_today_and_yesterday_does_not_count(queue, time):
     put(queue, "ada", "yesterday", 60.0)
     run = queue.take("here", BENCH)
