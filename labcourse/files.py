@@ -76,7 +76,7 @@ def lock(file: IO[bytes]) -> None:
         import msvcrt
 
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-    elif not IN_BROWSER:  # which has no locks
+    elif sys.platform != "emscripten":  # a browser has no locks
         import fcntl
 
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -309,7 +309,7 @@ class Twin:
     name: str = ""
 
 
-def parts_of(servo: Servo) -> dict[str, Any]:
+def servo_parts(servo: Servo) -> dict[str, Any]:
     """Return what :func:`rotflex.config.srv02` takes to make this servo again, plain values."""
     return {name: getattr(servo, name) for name in _PARTS} | {"amplifier": servo.amplifier.name}
 
@@ -331,7 +331,7 @@ def save_twin(path: str | Path, twin: Twin, about: Mapping[str, Any]) -> None:
     spec, servo = twin.spec, twin.servo
     lines = [f"# A plant fitted to recordings: open it as virtual:{Path(path).name}."]
     lines += _table("about", about)
-    lines += _table("parts", {**parts_of(servo), "arm_position": spec.joint.arm_position})
+    lines += _table("parts", {**servo_parts(servo), "arm_position": spec.joint.arm_position})
     lines += _table("plant", {name: getattr(spec.parameters, name) for name in _NAMES} | {"delay": spec.timing.delay})
     files.write(path, "\n".join(lines) + "\n")
 

@@ -21,7 +21,7 @@ import numpy as np
 from rotflex import commissioning, doubts, experiments, files, hil, model, sampled
 from rotflex.errors import BenchError, HILError, LimitExceeded, MotorNotStopped, RotflexError, RunStopped
 from rotflex.hil.bench import Bench, Measurement
-from rotflex.hil.bench_file import parts_of
+from rotflex.hil.bench_file import servo_parts
 from rotflex.hil.controllers import OpenLoop
 from rotflex.hil.loop import run
 from rotflex.recording import Recording
@@ -228,5 +228,5 @@ def to_the_mark(bench: Bench) -> None:
 
 def _described(bench: Bench) -> dict[str, Any]:
     """Return what students' computers need to know of the bench, plain data."""
-    about = {"servo": parts_of(bench.servo), "joint": asdict(bench.joint), "voltage": bench.v_max}
+    about = {"servo": servo_parts(bench.servo), "joint": asdict(bench.joint), "voltage": bench.v_max}
     return {**about, "identity": {**bench.identity, "run": 1}}
